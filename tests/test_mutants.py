@@ -9,7 +9,7 @@ import pytest
 from mutants.catalogue import KINDS, ROOT, Mutant, mutants
 from mutants.lines import FOLDER, far_line_tests, near_line_tests, write_map
 from mutants.random_mutants import SOURCES, all_of, draw, edits_of, mutable
-from mutants.run import DRAWN, EQUAL_MUTANTS, MARKS, STAGES, killed, table
+from mutants.run import DRAWN, EQUAL_MUTANTS, MARKS, STAGES, killed_share, table
 from mutants.scratch import nearest_tests, own_tests, related_tests
 
 MUTANTS = mutants()
@@ -19,7 +19,7 @@ PACKAGES = {path.parent.relative_to(ROOT / "src/vrx_mj").as_posix() for path in 
 def test_each_mutant_changes_one_place_and_can_still_be_parsed():
     sources = {name: (ROOT / name).read_text(encoding="utf-8") for name in {mutant.source for mutant in MUTANTS}}
     for mutant in MUTANTS:
-        text = mutant.applied(sources[mutant.source])
+        text = mutant.mutated_source(sources[mutant.source])
         assert text != sources[mutant.source], mutant.id
         ast.parse(text, mutant.id)
 
@@ -43,7 +43,7 @@ def test_every_mutant_has_tests_near_it():
 def test_mutants_drawn_at_random_change_one_place_and_can_still_be_parsed():
     for mutant in draw(40, seed=1, only=["tasks", "frames"]):
         text = (ROOT / mutant.source).read_text(encoding="utf-8")
-        assert ast.dump(ast.parse(mutant.applied(text))) != ast.dump(ast.parse(text)), mutant.id
+        assert ast.dump(ast.parse(mutant.mutated_source(text))) != ast.dump(ast.parse(text)), mutant.id
         files = [*nearest_tests(mutant), *related_tests(mutant)]
         assert files, mutant.id
         assert all((ROOT / file).exists() for file in files)
@@ -89,7 +89,7 @@ def test_related_tests_import_the_package_by_names_at_the_top_by_helpers_and_by_
 
 def test_mutants_equal_to_the_source_are_counted_apart_each_with_a_reason():
     rows = [{"package": "any", "file": "any.py", "id": kind, "killed": kind} for kind in ("near", "alive", "equal")]
-    assert killed(rows) == 0.5
+    assert killed_share(rows) == 0.5
     assert "1 of 2 that are not equal killed: 50%\nalive:\n  any.py: alive\n" in table(rows, ["near"])
     for name, edits in EQUAL_MUTANTS.items():
         assert all(len(reason.split()) > 3 for reason in edits.values())

@@ -29,6 +29,7 @@ LONG = re.compile(rf"^( *)(?:async )?def .*\n(?:(?:\1[ )].*)?\n){{{FUNCTION_LINE
 TEXT = re.compile(r'"""(?:[^"\\]|\\.|"(?!""))*"""', re.DOTALL)
 IMPORT = re.compile(r"^ *(?:import ([\w., ]+)|from ([\w.]+) import)", re.MULTILINE)
 NAME = re.compile(r"(?<!\bas )(?!as )\b[\w.]+")
+CONSTANT = re.compile("_?[A-Z][A-Z0-9_]*")
 UNFINISHED = re.compile(r"\b(TODO|FIXME)\b")
 PHYSICS_IMPORTS = {"numpy", "numba", "llvmlite", "vrx_mj", "__future__"} | set(sys.stdlib_module_names)
 LACKED = {
@@ -62,7 +63,7 @@ def text_of(file: Path) -> str:
 
 
 @cache
-def parsed(file: Path) -> ast.Module:
+def tree_of(file: Path) -> ast.Module:
     return ast.parse(text_of(file), filename=str(file))
 
 
@@ -84,7 +85,7 @@ def statements(node: ast.AST) -> Iterator[ast.AST]:
 
 
 def functions(file: Path) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef]:
-    return (node for node in statements(parsed(file)) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef))
+    return (node for node in statements(tree_of(file)) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef))
 
 
 def code_lines(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
@@ -100,7 +101,7 @@ def imported(file: Path, wanted: Callable[[str], object]) -> set[str]:
     if not any(wanted(name) for found in IMPORT.finditer(text_of(file)) for name in NAME.findall(found[1] or found[2])):
         return set()
     names = set()
-    for node in statements(parsed(file)):
+    for node in statements(tree_of(file)):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -122,6 +123,35 @@ def test_functions_stay_short():
     files = [file for file in [*SOURCES, *TESTS] if LONG.search(indented(text_of(file)))]
     assert files, "some are long with their docstrings"
     assert faults(files, long) == {}
+
+
+def low_constants(file: Path) -> list[str]:
+    """Constants below a class or a function whose values need no class or function of the module."""
+    own: set[str] = set()
+    found: list[str] = []
+    for node in tree_of(file).body:
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+            own.add(node.name)
+        elif own and isinstance(node, ast.Assign | ast.AnnAssign):
+            names = {part.id: part.ctx for part in ast.walk(node) if isinstance(part, ast.Name)}
+            stored = {name for name, context in names.items() if isinstance(context, ast.Store)}
+            constants = [name for name in stored if CONSTANT.fullmatch(name)]
+            if constants and own.isdisjoint(names):
+                found += constants
+            else:
+                own |= stored
+    return found
+
+
+def test_constants_stand_above_classes_and_functions():
+    files = [file for file in SOURCES if file.parent.name not in {"campaign", "cuda"}]
+    assert faults(files, low_constants) == {}, "put them below the imports, unless they are made of these"
+
+
+def test_a_constant_that_stands_too_low_is_found(tmp_path):
+    text = "A = 1\ndef f(): ...\nB = f\nC: int = 2\nD = B\nx = 3\nE = [i for i in D]\n_F, G = 4, 5\n"
+    (tmp_path / "some.py").write_text(text, encoding="utf-8")
+    assert sorted(low_constants(tmp_path / "some.py")) == ["C", "G", "_F"]
 
 
 def test_nothing_is_left_for_later():

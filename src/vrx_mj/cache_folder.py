@@ -1,4 +1,4 @@
-"""The user's folder for what is cut from files again if it is lost: compiled kernels, and answers of readers."""
+"""The user's folder for what can be made again if it is lost: compiled kernels, and answers of readers."""
 
 import contextlib
 import os
@@ -10,9 +10,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-_LOOSE = stat.S_IWGRP | stat.S_IWOTH
-_LINKS = 40
-"""Symbolic links on one path, as many as Linux follows."""
+_WRITE_BY_OTHERS = stat.S_IWGRP | stat.S_IWOTH
+"""Bits of a mode that let others write."""
+_MAX_LINKS = 40
+"""Largest number of symbolic links on one path: as many as Linux follows."""
 
 
 class Choice(NamedTuple):
@@ -28,10 +29,10 @@ class _Candidate(NamedTuple):
     """A folder that may be used."""
 
     path: Path
-    asked: bool = False
+    is_named: bool = False
     """Whether the user has named it."""
-    ours: bool = False
-    """Whether it is for us alone, inside a folder of the user's."""
+    is_ours: bool = False
+    """Whether it holds our files alone, inside a folder of the user's."""
 
 
 def chosen_folder(name: str) -> Choice:
@@ -42,12 +43,12 @@ def chosen_folder(name: str) -> Choice:
     refused: list[str] = []
     for candidate in _candidates():
         folder = candidate.path / name
-        if candidate.ours:
+        if candidate.is_ours:
             _make_private(candidate.path, name)
         reason = insecure(folder)
-        if reason is None and not _writable(folder):
-            reason = "it cannot be written" if candidate.asked else ""
-        reason = insecure(folder) if reason is None else reason
+        if reason is None and not _make_writable(folder):
+            reason = "it cannot be written" if candidate.is_named else ""
+        reason = insecure(folder) if reason is None else reason  # of what has just been made, too
         if reason is None:
             return Choice(folder, tuple(refused))
         if reason:
@@ -70,7 +71,7 @@ def insecure(folder: Path) -> str | None:
             if owner not in trusted:
                 return f"{step} belongs to another user"
             apart = mode & stat.S_ISVTX and step != last  # in /tmp each keeps what it made
-            if mode & _LOOSE and not (stat.S_ISLNK(mode) or apart):
+            if mode & _WRITE_BY_OTHERS and not (stat.S_ISLNK(mode) or apart):
                 return f"others can write to {step}"
     except OSError:  # from here on there is nothing yet
         return None
@@ -86,7 +87,7 @@ def _steps(path: Path) -> Iterator[Path]:
         yield step
         if step.name == "..":
             here = here.parent
-        elif step.is_symlink() and links < _LINKS:
+        elif step.is_symlink() and links < _MAX_LINKS:
             target, links = step.readlink(), links + 1
             left += target.parts[:0:-1] if target.is_absolute() else target.parts[::-1]
             here = Path(target.anchor) if target.is_absolute() else here
@@ -95,12 +96,12 @@ def _steps(path: Path) -> Iterator[Path]:
 
 
 def _candidates() -> Iterator[_Candidate]:
-    asked = os.environ.get("VRX_MJ_CACHE")
-    if asked:
+    named = os.environ.get("VRX_MJ_CACHE")
+    if named:
         with contextlib.suppress(OSError):  # the current folder is gone
-            yield _Candidate(Path(asked).absolute(), asked=True)
+            yield _Candidate(Path(named).absolute(), is_named=True)
     with contextlib.suppress(RuntimeError, KeyError):  # no home folder is known
-        yield _Candidate(_user_cache(Path.home()), ours=True)
+        yield _Candidate(_user_cache(Path.home()), is_ours=True)
     with contextlib.suppress(OSError):  # there is no usable temporary folder
         yield _Candidate(Path(tempfile.gettempdir()) / f"vrx_mj-{_user_name()}")
 
@@ -117,26 +118,26 @@ def _user_cache(home: Path) -> Path:
 
 
 def _user_name() -> str:
-    """Return what keeps users of one temporary folder apart."""
+    """Return a name that is different for each user of the temporary folder."""
     getuid = getattr(os, "getuid", None)
     return str(getuid()) if getuid else os.environ.get("USERNAME", "user")
 
 
 def _make_private(path: Path, name: str) -> None:
-    """Take the right to write from others, where a folder of ours was made under a umask of 002.
+    """Take the right to write from others, if a folder of ours was made under a umask of 002.
 
     What they may have put there under `name` meanwhile is removed.
     """
     getuid = getattr(os, "getuid", None)
     with contextlib.suppress(OSError):
         status = path.lstat()
-        if getuid and stat.S_ISDIR(status.st_mode) and status.st_uid == getuid() and status.st_mode & _LOOSE:
-            path.chmod(stat.S_IMODE(status.st_mode) & ~_LOOSE)
+        if getuid and stat.S_ISDIR(status.st_mode) and status.st_uid == getuid() and status.st_mode & _WRITE_BY_OTHERS:
+            path.chmod(stat.S_IMODE(status.st_mode) & ~_WRITE_BY_OTHERS)
             shutil.rmtree(path / name, ignore_errors=True)
 
 
-def _writable(folder: Path) -> bool:
-    """Whether files can be made in a folder, which is made, with those above it, for this user alone."""
+def _make_writable(folder: Path) -> bool:
+    """Make a folder, with those above it, for this user alone; whether files can be made in it."""
     try:
         for missing in [*reversed(folder.parents), folder]:
             with contextlib.suppress(FileExistsError):

@@ -151,12 +151,12 @@ def quaternion_product(one: FloatArray, other: FloatArray) -> FloatArray:
 
 
 def conjugate(quaternion: FloatArray) -> FloatArray:
-    """(4,) the inverse of a unit quaternion."""
+    """Inverse of a unit quaternion, (4,)."""
     return quaternion * (1.0, -1.0, -1.0, -1.0)
 
 
 def rotation_vector(quaternion: FloatArray) -> FloatArray:
-    """(3,) axis times angle [rad] of a unit quaternion (w, x, y, z), the short way round."""
+    """Axis times angle [rad], (3,), of a unit quaternion (w, x, y, z), the short way round."""
     w, axis = (-quaternion[0], -quaternion[1:]) if quaternion[0] < 0.0 else (quaternion[0], quaternion[1:])
     sine = float(np.linalg.norm(axis))
     scale = 2.0 if sine < 1e-12 else 2.0 * np.arctan2(sine, w) / sine

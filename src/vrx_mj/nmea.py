@@ -31,12 +31,33 @@ from vrx_mj.sensors.readings import Fix, Reading
 START = datetime(2026, 1, 1, tzinfo=UTC)
 """The moment that a run's time 0 is in sentences."""
 KNOT = 1852.0 / 3600.0
-"""[m/s]"""
+"""A knot [m/s]."""
 _SATELLITES, _DILUTION = 12, 0.8
 """Satellites in use and horizontal dilution of precision of every fix: errors are those of the sensor."""
 
 HEADINGS = {"gnss_compass": "GP", "imu": "HE"}
 """Sensors that give a `heading`, the better one first, and their talkers."""
+LEAST_OF_A = 20.0
+"""Length [m] of a hull from which on its transponder is of class A, as most flags ask for."""
+_INTERVALS: Mapping[AisClass, Sequence[tuple[float, float, float]]] = {
+    "A": ((23.0, 2.0, 2.0), (14.0, 6.0, 2.0), (0.0, 10.0, 10.0 / 3.0)),
+    "B": ((23.0, 5.0, 5.0), (14.0, 15.0, 15.0), (2.0, 30.0, 30.0), (0.0, 180.0, 180.0)),
+}
+"""Speeds above which a class, of B one with SOTDMA, reports so often [knots]; intervals on a course and turning [s]."""
+_STATIC_INTERVAL = 360.0
+"""Between two reports of name and size [s]."""
+_CHANGE, _STEADY, _WINDOW = 5.0, 20.0, 30
+"""A class A vessel turns if its heading differs from its mean of 30 s by more than 5 degrees, and for 20 s after it."""
+PERIOD = 1.0
+"""Between two looks at a transponder [s]."""
+FIRST = 10
+"""Seconds within which all transponders have reported once."""
+_COUNTRY, _OF_COUNTRY = 338_000_000, 1_000_000
+"""MMSIs of the United States."""
+_KIND_OF_SHIP = 90
+"""Other type of ship, no further information."""
+_FASTEST, _FASTEST_TURN = 102.2, 708.0
+"""What a report can hold [knots, degrees per minute]."""
 
 
 class Sentence(NamedTuple):
@@ -199,29 +220,6 @@ KINDS = (
     SentenceKind("XDR", "II", 1.0, ("battery",), _battery_xdr),
 )
 """All kinds, in the order in which sentences of one moment are sent."""
-
-
-LEAST_OF_A = 20.0
-"""Length [m] of a hull from which on its transponder is of class A, as most flags ask for."""
-_INTERVALS: Mapping[AisClass, Sequence[tuple[float, float, float]]] = {
-    "A": ((23.0, 2.0, 2.0), (14.0, 6.0, 2.0), (0.0, 10.0, 10.0 / 3.0)),
-    "B": ((23.0, 5.0, 5.0), (14.0, 15.0, 15.0), (2.0, 30.0, 30.0), (0.0, 180.0, 180.0)),
-}
-"""Speeds above which a class, of B one with SOTDMA, reports so often [knots]; intervals on a course and turning [s]."""
-_STATIC_INTERVAL = 360.0
-"""Between two reports of name and size [s]."""
-_CHANGE, _STEADY, _WINDOW = 5.0, 20.0, 30
-"""A class A vessel turns if its heading differs from its mean of 30 s by more than 5 degrees, and for 20 s after it."""
-PERIOD = 1.0
-"""Between two looks at a transponder [s]."""
-FIRST = 10
-"""Seconds within which all transponders have reported once."""
-_COUNTRY, _OF_COUNTRY = 338_000_000, 1_000_000
-"""MMSIs of the United States."""
-_KIND_OF_SHIP = 90
-"""Other type of ship, no further information."""
-_FASTEST, _FASTEST_TURN = 102.2, 708.0
-"""What a report can hold [knots, degrees per minute]."""
 
 
 class Size(NamedTuple):

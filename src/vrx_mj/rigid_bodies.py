@@ -17,9 +17,9 @@ class MassProperties:
     mass: float
     """Mass [kg]."""
     center: FloatArray
-    """(3,): centre of mass in the frame [m]."""
+    """Centre of mass in the frame, (3,) [m]."""
     inertia: FloatArray
-    """(3, 3): inertia tensor about the centre of mass, in the frame's axes [kg m2]."""
+    """Inertia tensor about the centre of mass, (3, 3), in the frame's axes [kg m2]."""
 
     def tensor(self) -> list[float]:
         """Tensor as MJCF's `fullinertia` has it: xx, yy, zz, xy, xz, yz [kg m2]."""

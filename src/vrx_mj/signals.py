@@ -18,7 +18,9 @@ from types import FrameType
 
 _ENDING = ("SIGINT", "SIGTERM", "SIGHUP")
 _came: list[list[int]] = []
-"""Of each `ended_by_signals` that goes on, the signals that have come."""
+"""Signals that have come, for each `ended_by_signals` that goes on."""
+_EXIT_WAIT = 30.0
+"""The longest time [s] for which an exit waits for other threads' calls."""
 
 
 @contextlib.contextmanager
@@ -67,8 +69,6 @@ def handle_signals(names: Sequence[str], handle: Callable[[int], None]) -> Itera
             signal.signal(number, before[number])
 
 
-_EXIT_WAIT = 30.0
-"""The longest time [s] for which an exit waits for other threads' calls."""
 _exiting: list[int] = []
 """The thread in which the interpreter exits; empty before."""
 _inside: set[int] = set()

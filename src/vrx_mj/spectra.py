@@ -20,6 +20,19 @@ _STEEPEST = 0.142
 """Height over length of the steepest wave in deep water (Michell, 1893; Miche's factor in any depth, 1944)."""
 DEEP = 20.0
 """Wavenumber times depth beyond which water is infinitely deep: tanh is 1 there to the last bit."""
+LONGEST, SHORTEST = 0.25, 6.0
+"""Frequencies between which a spectrum counts, as multiples of its peak's; 0.1 % of a Pierson-Moskowitz sea is left
+out, whose energy its other waves have."""
+_SAMPLES = 4000
+"""Number of frequencies at which a spectrum is sampled."""
+_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+"""The golden ratio less 1: its multiples, less their whole parts, lie evenly between 0 and 1 however many there are."""
+VRX_SEAS = ("pms", "cwr")
+"""Models of VRX's wave fields: `physics.waves`."""
+_BAND = 2.0 * math.pi * (1.0 / 600.0), 2.0 * math.pi * 0.5
+"""Frequencies between which the NPD spectrum holds [rad/s]: 1/600 and 0.5 Hz."""
+_SHAPE = 0.468
+"""Exponent n of the NPD spectrum."""
 
 
 class Site(NamedTuple):
@@ -79,14 +92,6 @@ def steepest_sea(period: float, site: Site = Site()) -> float:  # noqa: B008
 
 Spectrum = Callable[[float], float]
 """Density of the variance over angular frequency [m2 s/rad] at a frequency [rad/s]; any constant factor is allowed."""
-
-LONGEST, SHORTEST = 0.25, 6.0
-"""Frequencies between which a spectrum counts, as multiples of its peak's; 0.1 % of a Pierson-Moskowitz sea is left
-out, whose energy its other waves have."""
-_SAMPLES = 4000
-"""Number of frequencies at which a spectrum is sampled."""
-_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
-"""The golden ratio less 1: its multiples, less their whole parts, lie evenly between 0 and 1 however many there are."""
 
 
 class Component(NamedTuple):
@@ -424,18 +429,10 @@ REGULAR: Mapping[str, Callable[[float, float, tuple[float, float], Site], list[C
     "stokes5": stokes_wave,
 }
 """Models of one wave, as functions of height, period, direction and site."""
-VRX_SEAS = ("pms", "cwr")
-"""Models of VRX's wave fields: `physics.waves`."""
 if TYPE_CHECKING:
     SeaModel = str
 else:
     SeaModel = Literal[(*VRX_SEAS, "none", *SPECTRA, *REGULAR)]
-
-
-_BAND = 2.0 * math.pi * (1.0 / 600.0), 2.0 * math.pi * 0.5
-"""Frequencies between which the NPD spectrum holds [rad/s]: 1/600 and 0.5 Hz."""
-_SHAPE = 0.468
-"""Exponent n of the NPD spectrum."""
 
 
 def npd(speed: float, height: float) -> Spectrum:

@@ -7,6 +7,13 @@ from io import FileIO
 from pathlib import Path
 from typing import Any
 
+_DONTNEED = 4
+"""The advice of madvise by which a page of a file is given back until it is needed again; what was changed is lost."""
+_CODE = re.compile(rb"^(\w+)-(\w+) r-xp \S+ \S+ [1-9]", re.MULTILINE)
+"""Code of a file in Linux' list of what a process has mapped."""
+_CHANGED = {state for state in range(256) if state >> 6 and not state >> 5 & 1}
+"""Last bytes of Linux' entries of pages that are in memory or swapped, but are not the file's."""
+
 
 def _module(name: str) -> Any:
     try:
@@ -16,14 +23,6 @@ def _module(name: str) -> Any:
 
 
 resource, termios, tty = map(_module, ("resource", "termios", "tty"))
-
-
-_DONTNEED = 4
-"""The advice of madvise by which a page of a file is given back until it is needed again; what was changed is lost."""
-_CODE = re.compile(rb"^(\w+)-(\w+) r-xp \S+ \S+ [1-9]", re.MULTILINE)
-"""Code of a file in Linux' list of what a process has mapped."""
-_CHANGED = {state for state in range(256) if state >> 6 and not state >> 5 & 1}
-"""Last bytes of Linux' entries of pages that are in memory or swapped, but are not the file's."""
 
 
 def release_memory(*, code: bool = True) -> None:

@@ -18,7 +18,7 @@ from vrx_mj.errors import RecordError
 from vrx_mj.foreign.plain import pack
 from vrx_mj.recording.packing import pack_rows, unpack_rows
 from vrx_mj.recording.parts import FRAME, HEAD, MAGIC, VERSION, pack_files, unpack_files
-from vrx_mj.recording.reader import COLUMNS, OURS, READING_COLUMNS, read_record
+from vrx_mj.recording.reader import READ_COLUMNS, READ_ENTITIES, READING_COLUMNS, read_record
 from vrx_mj.recording.rrd_file import parsed_file
 
 Parts = list[tuple[str, bool, dict[str, list[Any]]]]
@@ -33,7 +33,7 @@ NAMES = ("../x", "/tmp/x", "C:\\x", "..\\x", ".", "", "a/../../x", "scene.xml", 
 def taken_apart(file: Path) -> Parts:
     """What a whole recording holds for us."""
     sensors = [sensor.readings_path for sensor in read_record(file).sensors]
-    parsed = parsed_file(file, [*COLUMNS, *READING_COLUMNS], [*OURS, *sensors])
+    parsed = parsed_file(file, [*READ_COLUMNS, *READING_COLUMNS], [*READ_ENTITIES, *sensors])
     return [
         (part.entity, part.static, {name: list(cells) for name, cells in part.columns.items()}) for part in parsed.parts
     ]

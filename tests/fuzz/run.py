@@ -85,7 +85,7 @@ def again(name: str) -> int:
     return result.outcome not in GOOD
 
 
-def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
+def parse_options(arguments: Sequence[str] | None) -> argparse.Namespace:
     """The command line's options."""
     parser = argparse.ArgumentParser(
         description="Mutated inputs of every kind: is each used, or refused with a message?"
@@ -108,7 +108,7 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The program; 1 if something was bad."""
-    options = parsed(arguments)
+    options = parse_options(arguments)
     if options.again:
         return again(options.again)
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # the workers are ended then too

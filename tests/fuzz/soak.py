@@ -128,7 +128,7 @@ def table(logs: Sequence[Log]) -> list[list[str]]:
     return rows
 
 
-def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
+def parse_options(arguments: Sequence[str] | None) -> argparse.Namespace:
     """The command line's options."""
     parser = argparse.ArgumentParser(description="All shipped worlds under random commands for a long time.")
     parser.add_argument("--boat-steps", type=float, default=1e6, help="of all worlds together; default: 1e6")
@@ -143,7 +143,7 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The program; 1 if something was wrong."""
-    options = parsed(arguments)
+    options = parse_options(arguments)
     worlds = options.worlds or list(catalogue("worlds"))
     todo, logs, begun = list(trips(worlds, options.boat_steps, options.seed)), [], time.perf_counter()
     Simulation(compile_world("ocean"))  # kernels are compiled here, once

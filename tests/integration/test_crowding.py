@@ -8,7 +8,7 @@ import pytest
 
 import vrx_mj
 from vrx_mj.errors import CommandError, DivergedError
-from vrx_mj.runtime.stepping_models import FEW
+from vrx_mj.runtime.stepping_models import FEW_BOATS
 
 COUNT = 20
 AWAY = (0.0, 500.0, 0.0, 0.0, 0.0, 0.0)
@@ -53,7 +53,7 @@ def test_rows_of_a_batch(world, monkeypatch):
     monkeypatch.setattr("vrx_mj.runtime.stepping_models.PER_CONTACT", 56_000)
     for boat in batch.boats[:8]:
         before = batch.qpos.copy()
-        if list(batch.boats).index(boat) < FEW:
+        if list(batch.boats).index(boat) < FEW_BOATS:
             batch.set_boat(boat, pose=AWAY, rows=[1])
             continue
         with pytest.raises(CommandError, match=TOLD):

@@ -85,7 +85,7 @@ def test_a_boat_that_is_alone_never_steps_with_shapes():
     sim = simulation()
     sim.step({"a": AHEAD}, duration=20.0)
     assert sim._live.arrays.broadphase["wait"][0] == 0
-    assert 0.0 < sim._live.arrays.broadphase["clearance"][0] <= proximity.REACH
+    assert 0.0 < sim._live.arrays.broadphase["clearance"][0] <= proximity.MAX_DISTANCE
 
 
 def test_a_boat_that_is_put_beside_another_is_seen_at_once():

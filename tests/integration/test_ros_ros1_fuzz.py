@@ -145,7 +145,7 @@ def has_grown(before: list[object], after: list[object]) -> bool:
 def test_after_5000_mutated_messages_all_is_as_before(monkeypatch, caplog):
     monkeypatch.setattr("vrx_mj.ros.ros1.tcpros.FIRST_PAUSE", 0.0)
     monkeypatch.setattr("vrx_mj.ros.ros1.tcpros.LONGEST_PAUSE", 0.001)
-    monkeypatch.setattr("vrx_mj.ros.ros1.master.SWEEP", 1000.0)
+    monkeypatch.setattr("vrx_mj.ros.ros1.master.SWEEP_PERIOD", 1000.0)
     with Served(free_port(), small_table("wamv")) as served:
         attack = Attack(served)
         until(lambda: not served.ros._connection_limit.inside, "the test's own connections are closed")

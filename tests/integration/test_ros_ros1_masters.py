@@ -221,7 +221,7 @@ def test_a_dead_simulations_registration_is_taken_over():
 
 
 def test_nodes_that_died_are_forgotten(monkeypatch):
-    monkeypatch.setattr("vrx_mj.ros.ros1.master.SWEEP", 0.1)
+    monkeypatch.setattr("vrx_mj.ros.ros1.master.SWEEP_PERIOD", 0.1)
     with Served(free_port(), small_table("wamv")) as served, ServerProxy(served.uri) as master:
         master.registerSubscriber("/dead", "/wamv/imu", "sensor_msgs/Imu", f"http://127.0.0.1:{free_port()}/")
         assert master.lookupNode("/test", "/dead")[0] == 1

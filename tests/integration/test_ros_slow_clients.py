@@ -169,7 +169,7 @@ def test_requests_that_come_but_for_their_end_keep_no_service_from_others(served
 
 
 def test_a_request_that_does_not_go_on_ends_its_connection(served, monkeypatch):
-    monkeypatch.setattr("vrx_mj.ros.ros1.connection.STALL", 0.2)
+    monkeypatch.setattr("vrx_mj.ros.ros1.connection.STALL_TIMEOUT", 0.2)
     connection, _ = dial(service_of(served.uri, "/trigger"), service="/trigger", persistent="1")
     with connection:
         connection.sendall(frame(b""))
@@ -183,7 +183,7 @@ def test_a_request_that_does_not_go_on_ends_its_connection(served, monkeypatch):
 
 @pytest.mark.parametrize("data", [b"P", ANNOUNCED, ANNOUNCED + b"x" * 1000])
 def test_a_request_that_does_not_go_on_is_not_waited_for(served, monkeypatch, data):
-    monkeypatch.setattr("vrx_mj.ros.ros1.connection.STALL", 0.2)
+    monkeypatch.setattr("vrx_mj.ros.ros1.connection.STALL_TIMEOUT", 0.2)
     with socket.create_connection(place_of(served.uri), timeout=SECONDS) as peer:
         peer.sendall(data)
         with contextlib.suppress(ConnectionResetError):

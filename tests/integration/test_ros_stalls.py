@@ -16,7 +16,7 @@ from ros1_served import free_port
 from rosbridge_client import Talk
 from vrx_command import start
 from vrx_mj.ros.messages import decode, md5sum
-from vrx_mj.ros.serve import BURST, CATCHING_UP, LONGEST
+from vrx_mj.ros.serve import BURST, CATCHING_UP, MAX_LAG
 
 pytestmark = pytest.mark.slow
 
@@ -126,7 +126,7 @@ def test_after_a_stall_no_topic_comes_in_a_burst_or_with_a_gap(tmp_path, rate):
             ends.append((time.monotonic(), seen))
             served.process.send_signal(signal.SIGCONT)
             for wire in served.wires.values():
-                wire.wait(round(100 * rate * min(stall, LONGEST) / (CATCHING_UP - 1.0)) + 100)
+                wire.wait(round(100 * rate * min(stall, MAX_LAG) / (CATCHING_UP - 1.0)) + 100)
         for name, wire in served.wires.items():
             for topic, (_, frequency) in RATES.items():
                 check(

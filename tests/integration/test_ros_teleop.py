@@ -20,7 +20,7 @@ from bridged import Bridged
 from browser import browsing
 from needs import CHROMIUM, require
 from vrx_command import environment, start
-from vrx_mj.drive.pilot import OURS, Engine, Pilot, Wheel, engine_commands
+from vrx_mj.drive.pilot import KEYS, Engine, Pilot, Wheel, engine_commands
 from vrx_mj.ros.teleop.driving import Bridge
 from vrx_mj.ros.teleop.web import PageServer
 
@@ -280,7 +280,7 @@ def test_the_page_drives_engines_as_the_terminal_does(page, engines, wheel):
 @pytest.mark.slow
 def test_the_pages_keys_ask_for_what_the_terminals_do(page):
     engines = {boat: [Engine("left", 1.0, -1.0, True, 1.5)] for boat in ("a", "b")}
-    keys = sorted(OURS - {"tab"}) * 3
+    keys = sorted(KEYS - {"tab"}) * 3
     pilot = Pilot(engines, "a")
     for key in keys:
         pilot.press(key)

@@ -32,7 +32,7 @@ class Mutant:
         """The package that it counts for, or the module of none: `physics`, `ros`, `frames`."""
         return self.file.split("/")[0].removesuffix(".py")
 
-    def applied(self, text: str) -> str:
+    def mutated_source(self, text: str) -> str:
         """The source with the mistake; ValueError where the old text does not occur exactly once."""
         count = text.count(self.old)
         if count != 1:

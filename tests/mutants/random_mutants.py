@@ -92,13 +92,13 @@ def edits_of(node: ast.AST) -> Iterator[Edit]:
     """What may be made of a node."""
     match node:
         case ast.Compare(ops=[op]) if type(op) in COMPARISONS:
-            yield _changed("comparison", node, ops=[COMPARISONS[type(op)]()])
+            yield _with_fields("comparison", node, ops=[COMPARISONS[type(op)]()])
         case ast.BinOp(op=op) if type(op) in ARITHMETIC:
-            yield _changed("sign", node, op=ARITHMETIC[type(op)]())
+            yield _with_fields("sign", node, op=ARITHMETIC[type(op)]())
             yield Edit("dropped term", node, f"({ast.unparse(node.left)})")
         case ast.BoolOp(op=op, values=values):
-            yield _changed("comparison", node, op=ast.Or() if isinstance(op, ast.And) else ast.And())
-            yield from (_changed("dropped term", node, values=kept) for kept in (values[1:], values[:-1]))
+            yield _with_fields("comparison", node, op=ast.Or() if isinstance(op, ast.And) else ast.And())
+            yield from (_with_fields("dropped term", node, values=kept) for kept in (values[1:], values[:-1]))
         case ast.UnaryOp(op=ast.USub() | ast.Not(), operand=operand):
             yield Edit("sign", node, f"({ast.unparse(operand)})")
         case ast.Constant(value=bool(value)):
@@ -113,7 +113,7 @@ def edits_of(node: ast.AST) -> Iterator[Edit]:
             yield Edit("dropped term", node, "pass")
 
 
-def _changed(kind: str, node: ast.expr, **fields: object) -> Edit:
+def _with_fields(kind: str, node: ast.expr, **fields: object) -> Edit:
     """The node with some other fields."""
     new = copy.copy(node)
     vars(new).update(fields)

@@ -60,7 +60,7 @@ BAR = 0.88
 """The share of mutants drawn at random that has to be killed."""
 
 
-def tried(mutant: Mutant, scratch: Scratch, stages: Sequence[str]) -> dict[str, object]:
+def run_stages(mutant: Mutant, scratch: Scratch, stages: Sequence[str]) -> dict[str, object]:
     """Run the stages until one kills the mutant."""
     row: dict[str, object] = {"id": mutant.id, "package": mutant.package, "file": mutant.file, "killed": ALIVE}
     if mutant.id.partition(": ")[2] in EQUAL_MUTANTS.get(mutant.file, {}):
@@ -94,7 +94,7 @@ def table(rows: Sequence[dict[str, object]], stages: Sequence[str]) -> str:
         lines.append(f"{package:<20}{len(of_it):>9}" + "".join(f"{count:>9}" for count in counts))
     alive = [f"  {row['file']}: {row['id']}" for row in rows if is_alive(row)]
     unequal = sum(row["killed"] != EQUAL for row in rows)
-    share = f"{unequal - len(alive)} of {unequal} that are not equal killed: {killed(rows):.0%}"
+    share = f"{unequal - len(alive)} of {unequal} that are not equal killed: {killed_share(rows):.0%}"
     return "\n".join([*lines, share, "alive:" if alive else "", *alive]) + "\n"
 
 
@@ -103,13 +103,13 @@ def is_alive(row: dict[str, object]) -> bool:
     return row["killed"] == ALIVE
 
 
-def killed(rows: Sequence[dict[str, object]]) -> float:
+def killed_share(rows: Sequence[dict[str, object]]) -> float:
     """The share that a test noticed, of those that are not equal to the source."""
     unequal = [row for row in rows if row["killed"] != EQUAL]
     return sum(not is_alive(row) for row in unequal) / max(len(unequal), 1)
 
 
-def chosen(only: Sequence[str], ids: Sequence[str]) -> list[Mutant]:
+def select(only: Sequence[str], ids: Sequence[str]) -> list[Mutant]:
     """The mutants of some packages, or with some ids."""
     known = mutants()
     unknown = set(ids) - {mutant.id for mutant in known}
@@ -119,7 +119,7 @@ def chosen(only: Sequence[str], ids: Sequence[str]) -> list[Mutant]:
     return [mutant for mutant in picked if not ids or mutant.id in ids]
 
 
-def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
+def parse_options(arguments: Sequence[str] | None) -> argparse.Namespace:
     """The command line's options."""
     parser = argparse.ArgumentParser(description="Which tests notice that a line of the source is wrong?")
     parser.add_argument("--only", nargs="+", default=[], metavar="PACKAGE", help="as physics or ros")
@@ -135,9 +135,9 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Try the mutants; 1 if one of the file lives, or too many of those drawn at random."""
-    options = parsed(arguments)
+    options = parse_options(arguments)
     if options.draw is None:
-        picked, stages, least = chosen(options.only, options.ids), options.stages or LISTED, 1.0
+        picked, stages, least = select(options.only, options.ids), options.stages or LISTED, 1.0
     else:
         picked, stages, least = draw(options.draw, options.seed, options.only), options.stages or DRAWN, BAR
     rows = list[dict[str, object]]()
@@ -152,7 +152,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         def attempt(mutant: Mutant) -> None:
             scratch = free.get()
             try:
-                row = tried(mutant, scratch, stages)
+                row = run_stages(mutant, scratch, stages)
             finally:
                 free.put(scratch)
             rows.append(row)
@@ -166,7 +166,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     figures = table(rows, stages)
     options.out.with_suffix(".txt").write_text(figures, encoding="utf-8")
     print(figures)
-    return int(killed(rows) < least)
+    return int(killed_share(rows) < least)
 
 
 if __name__ == "__main__":

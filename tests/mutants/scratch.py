@@ -152,7 +152,7 @@ class Scratch:
         """The copy with the mutant in it, and with the kernels that it leaves as they are."""
         file = self.tree / mutant.source
         text, status = file.read_text(encoding="utf-8"), file.stat()
-        file.write_text(mutant.applied(text), encoding="utf-8")
+        file.write_text(mutant.mutated_source(text), encoding="utf-8")
         _forget_bytecode(file)
         own = self.cache / _source_hash(self.tree)
         if own.name != self._hash:
@@ -217,7 +217,7 @@ def _stale(tree: Path, mutant: Mutant, text: str) -> set[str]:
     if not _in_kernel(text, text.count("\n", 0, text.index(mutant.old)) + 1):
         return set()
     sources = {file.stem: file for package in KERNELS for file in (tree / "src/vrx_mj" / package).glob("*.py")}
-    needs = {stem: set(_imported(file)) for stem, file in sources.items()}
+    needs = {stem: set(_imports(file)) for stem, file in sources.items()}
     stale: set[str] = set()
     found = {Path(mutant.file).stem}
     while found - stale:
@@ -239,7 +239,7 @@ def _in_kernel(text: str, line: int) -> bool:
     )
 
 
-def _imported(file: Path) -> Iterator[str]:
+def _imports(file: Path) -> Iterator[str]:
     kernels = re.compile(rf"vrx_mj\.({'|'.join(KERNELS)})")
     for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and node.module and kernels.match(node.module):

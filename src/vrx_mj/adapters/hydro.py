@@ -16,28 +16,29 @@ from vrx_mj.config.shapes import normals_of
 from vrx_mj.errors import CommandError, VrxError
 from vrx_mj.packages import importing
 
-FREQUENCIES = 10, 500
-"""Fewest frequencies, which the ten poles of a memory need, and most."""
-PANELS = 150
-"""Panels into which the wet hull is cut at least, before they are halved."""
+FREQUENCY_COUNTS = 10, 500
+"""Least number of frequencies, which the ten poles of a memory need, and largest number."""
+MIN_PANELS = 150
+"""Least number of panels of the wet hull before they are halved."""
 TOLERANCE = 0.02
-"""Share of a force's largest by which halving the panels may change it."""
+"""Share of a force's maximum by which halving the panels may change it."""
 _MOST_PANELS = 4000
-"""Time and memory grow with the square: 3000 panels take half an hour and 1 GB."""
+"""Largest number of panels: time and memory grow with its square, and 3000 take half an hour and 1 GB."""
 _PROBES, _PROBE_ANGLES = (0.3, 0.55, 0.8), 8
 """Shares of the highest frequency, and directions, at which the forces of two meshes are compared."""
-_NEGLIGIBLE = 0.01
-"""Share of the largest force, or moment, that all are taken to have at least when they are compared."""
-_SHARP, _STRIPS = math.radians(50.0), (0.05, 0.25)
+_MIN_SHARE = 0.01
+"""Least magnitude in a comparison, as a share of the largest force, or moment."""
+_SHARP_ANGLE, _STRIP_HEIGHTS = math.radians(50.0), (0.05, 0.25)
 """Angle of an edge at which the flow is singular, and heights of the strips that are cut off the panels along it."""
-_ANGLES = 36
-"""Directions of waves, over the circle."""
-_DIRECTIONS = 2 * _ANGLES
-"""Directions in which the waves that a hull makes and scatters are looked at far off, over the circle."""
-_SHORTEST = 5.0
+_WAVE_ANGLES = 36
+"""Number of directions of waves, over the circle."""
+_FAR_ANGLES = 2 * _WAVE_ANGLES
+"""Number of directions in which the waves that a hull makes and scatters are evaluated far off, over the circle."""
+_MIN_WAVELENGTH = 5.0
 """Shortest wave, in mean edges of wet panels."""
 _MOTIONS = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
-_WET, _NEAR = 1e-9, 1e-6
+"""Capytaine's names of the six motions."""
+_WET_DEPTH, _EDGE_TOLERANCE = 1e-9, 1e-6
 """Least depth of a wet point, and distance of what is on an edge [m]."""
 
 
@@ -66,9 +67,9 @@ def hydro_of_hull(
     frequencies: int = 40,
     highest: float | None = None,
     waves: Sequence[float] = (),
-    panels: int = PANELS,
+    panels: int = MIN_PANELS,
     tolerance: float | None = TOLERANCE,
-    angles: int = _ANGLES,
+    angles: int = _WAVE_ANGLES,
     progress: Callable[[int, int], None] = lambda done, whole: None,
 ) -> dict[str, Any]:
     """The content of a file for `hull: {hydro: ...}`.
@@ -98,7 +99,7 @@ def hydro_of_hull(
         import capytaine
 
     afloat, center = corners - (0.0, 0.0, waterline), np.subtract(point, (0.0, 0.0, waterline))
-    highest = highest or math.sqrt(gravity * 2.0 * math.pi / (_SHORTEST * panel_hull(afloat, panels)[2]))
+    highest = highest or math.sqrt(gravity * 2.0 * math.pi / (_MIN_WAVELENGTH * panel_hull(afloat, panels)[2]))
     omegas = np.linspace(0.0, highest, frequencies + 1)[1:]
     solver, change = _fine_solver(
         lambda count: _Solver(
@@ -136,7 +137,7 @@ def _fine_solver(
             return solver, change
         found = finer.forces(probes)
         peaks = np.abs(found).max(axis=(0, 1)).reshape(2, 3)
-        least = np.maximum(peaks, _NEGLIGIBLE * peaks.max(axis=1, keepdims=True)).ravel()
+        least = np.maximum(peaks, _MIN_SHARE * peaks.max(axis=1, keepdims=True)).ravel()
         change = float((np.abs(found - forces) / least).max())
         if change <= tolerance:
             return solver, change
@@ -218,7 +219,7 @@ def mean_drift(
 
 
 def _check_number(frequencies: int) -> None:
-    fewest, most = FREQUENCIES
+    fewest, most = FREQUENCY_COUNTS
     if not fewest <= frequencies <= most:
         raise CommandError(f"invalid frequencies {frequencies}: {fewest} to {most} are needed")
 
@@ -241,16 +242,16 @@ def _cut_along_edges(hull: FloatArray, panels: FloatArray) -> FloatArray:
 
     points, index = np.unique(np.round(hull.reshape(-1, 3), 9), axis=0, return_inverse=True)
     solid = trimesh.Trimesh(points, index.reshape(-1, 3), process=False)
-    starts, ends = np.moveaxis(points[solid.face_adjacency_edges[solid.face_adjacency_angles > _SHARP]], 1, 0)
+    starts, ends = np.moveaxis(points[solid.face_adjacency_edges[solid.face_adjacency_angles > _SHARP_ANGLE]], 1, 0)
     along = ends - starts
     arms = 0.5 * (panels + np.roll(panels, 1, axis=1))[:, :, None] - starts  # to the middles of sides
     shares = np.clip((arms * along).sum(axis=-1) / np.square(along).sum(axis=-1), 0.0, 1.0)
-    near = (np.linalg.norm(arms - shares[..., None] * along, axis=-1) < _NEAR).any(axis=-1)
+    near = (np.linalg.norm(arms - shares[..., None] * along, axis=-1) < _EDGE_TOLERANCE).any(axis=-1)
     chosen = near.any(axis=1)
     order = near[chosen].argmax(axis=1)[:, None] + (-1, 0, 1)
     a, b, c = np.moveaxis(np.take_along_axis(panels[chosen], order[..., None] % 3, axis=1), 1, 0)
     found, low, high = [panels[~chosen]], a, b
-    for share in _STRIPS:
+    for share in _STRIP_HEIGHTS:
         p, q = low + share * (c - low), high + share * (c - high)
         found += [np.stack((a, b, q), axis=1), np.stack((a, q, p), axis=1)]
         a, b = p, q
@@ -294,7 +295,7 @@ def panel_hull(corners: FloatArray, panels: int) -> tuple[FloatArray, IntArray, 
     """
     import trimesh
 
-    wet = corners[corners[:, :, 2].min(axis=1) < -_WET]
+    wet = corners[corners[:, :, 2].min(axis=1) < -_WET_DEPTH]
     if not len(wet):
         raise VrxError("no part of the hull is under water; check --mass, and the mesh's unit (m)")
     area = float(np.linalg.norm(normals_of(wet), axis=1).sum()) / 2.0
@@ -302,7 +303,7 @@ def panel_hull(corners: FloatArray, panels: int) -> tuple[FloatArray, IntArray, 
     points, index = np.unique(np.round(corners.reshape(-1, 3), 9), axis=0, return_inverse=True)
     vertices, faces = trimesh.remesh.subdivide_to_size(points, index.reshape(-1, 3), longest, max_iter=20)
     found = np.asarray(vertices, np.float64)[faces]
-    wet = found[found[:, :, 2].min(axis=1) < -_WET]
+    wet = found[found[:, :, 2].min(axis=1) < -_WET_DEPTH]
     edge = float(np.linalg.norm(wet - np.roll(wet, 1, axis=1), axis=2).mean())
     return np.asarray(vertices, np.float64), np.asarray(faces, np.int64), edge
 
@@ -350,14 +351,14 @@ class _Solver:
         return found, self._kochin(omega, results)
 
     def _kochin(self, omega: float, results: Sequence[tuple[Any, Any]]) -> ComplexArray:
-        """Kochin functions of solved problems at `_DIRECTIONS` angles, by Green's theorem on the hull.
+        """Kochin functions of solved problems at `_FAR_ANGLES` angles, by Green's theorem on the hull.
 
         H(theta) = 1/(4 pi) integral of (d(phi)/dn - phi d/dn) e^(k z - i k (x cos theta + y sin theta)).
         """
         if not 0.0 < omega < math.inf:
             return np.zeros((len(results), 0), np.complex128)
-        k, theta = omega**2 / self.gravity, 2.0 * math.pi / _DIRECTIONS * np.arange(_DIRECTIONS)
-        way = np.stack((-1j * np.cos(theta), -1j * np.sin(theta), np.ones(_DIRECTIONS)))
+        k, theta = omega**2 / self.gravity, 2.0 * math.pi / _FAR_ANGLES * np.arange(_FAR_ANGLES)
+        way = np.stack((-1j * np.cos(theta), -1j * np.sin(theta), np.ones(_FAR_ANGLES)))
         wave = np.exp(k * self._mesh.faces_centers @ way) * self._mesh.faces_areas[:, None]
         across, faces = k * wave * (self._mesh.faces_normals @ way), self._mesh.nb_faces
         over = [

@@ -18,22 +18,22 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import VrxError
 
 _ComplexArray = npt.NDArray[np.complex128]
-_ROUNDS = 30
+_ITERATIONS = 30
 """Iterations of vector fitting."""
-_NEGLIGIBLE = 1e-3
-"""Entries less than this share of the geometric mean of their diagonals' peaks are left out."""
-_LITTLE = 0.01
-"""Share of the largest diagonal's peak that all are taken to have at least [SI]."""
+_MIN_ENTRY = 1e-3
+"""Entries below this share of the geometric mean of their diagonals' peaks are left out."""
+_MIN_PEAK = 0.01
+"""Least peak of a diagonal that is assumed, as a share of the largest one's."""
 _ORDERS = (4, 6, 8, 10, 12, 14)
 """Numbers of poles, tried in this order."""
-_MORE = (16, 18, 20)
-"""Those of motions that are coupled, as by the water between two hulls."""
-_GOOD = 0.005
-"""Error with which a fit is taken."""
-_CUTS = 40
-"""Rounds in which the fit is bound to damp."""
+_COUPLED_ORDERS = (16, 18, 20)
+"""Further numbers of poles for motions that are coupled, as by the water between two hulls."""
+_GOOD_ERROR = 0.005
+"""Error below which a fit is accepted."""
+_PASSIVITY_ROUNDS = 40
+"""Largest number of rounds that make the fit passive."""
 _SLACK = 1e-6
-"""Negative damping that is left, normalised."""
+"""Largest negative damping that is left, normalised."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ def fitted_memory(frequencies: FloatArray, added: FloatArray, damping: FloatArra
     if not np.diag(peaks).max() > 0.0:
         return Memory(np.zeros(0, complex), np.zeros((0, 6, 6), complex), 0.0, 0.0)
     # of a motion that makes next to no waves, as the roll of a sphere, the little that there is is no matter
-    scale = np.sqrt(np.maximum(np.diag(peaks), _LITTLE * np.diag(peaks).max()))
+    scale = np.sqrt(np.maximum(np.diag(peaks), _MIN_PEAK * np.diag(peaks).max()))
     normal: _ComplexArray = kernels / np.outer(scale, scale)
     _check(normal, frequencies)
     normal = np.asarray(0.5 * (normal + normal.transpose(0, 2, 1)), np.complex128)
@@ -134,12 +134,12 @@ def _coupled_entries(peaks: FloatArray) -> list[list[tuple[int, int]]]:
     """The entries (i, j), j <= i, that are not negligible, by groups of motions that have some in common."""
     groups: list[set[int]] = []
     for i in range(6):
-        here = {j for j in range(6) if peaks[i, j] > _NEGLIGIBLE}
+        here = {j for j in range(6) if peaks[i, j] > _MIN_ENTRY}
         if here:
             met = [group for group in groups if group & here]
             groups = [group for group in groups if group not in met] + [here.union(*met)]
     return [
-        [(i, j) for i in sorted(group) for j in sorted(group) if j <= i and peaks[i, j] > _NEGLIGIBLE]
+        [(i, j) for i in sorted(group) for j in sorted(group) if j <= i and peaks[i, j] > _MIN_ENTRY]
         for group in groups
     ]
 
@@ -166,17 +166,17 @@ def _best_fit(
     """Poles and residues of coupled motions: of the first number of poles with a good fit, or of the best one."""
     samples = np.stack([normal[:, i, j] for i, j in entries], axis=1)
     size, least, best = np.linalg.norm(samples), np.inf, None
-    for order in _ORDERS if len(entries) == 1 else (*_ORDERS, *_MORE):
+    for order in _ORDERS if len(entries) == 1 else (*_ORDERS, *_COUPLED_ORDERS):
         spread = np.linspace(frequencies[0], frequencies[-1], order // 2 + 1)[1:] * 0.8
         poles = -0.3 * spread + 1j * spread
-        for _ in range(_ROUNDS):
+        for _ in range(_ITERATIONS):
             poles = _relocate_poles(poles, samples, frequencies)
         residues = _residues(poles, samples, frequencies, entries)
         fitted = kernel_of(poles, residues, frequencies)
         error = float(np.linalg.norm(np.stack([fitted[:, i, j] for i, j in entries], axis=1) - samples) / size)
         if error < least:
             least, best = error, (poles, residues)
-        if least <= _GOOD:
+        if least <= _GOOD_ERROR:
             break
     assert best is not None
     return best
@@ -205,7 +205,7 @@ def _residues(
     q, r = np.linalg.qr(_stack(_basis(poles, frequencies)) @ free)
     best = np.linalg.lstsq(r, q.T @ _stack(samples), rcond=None)[0]
     chosen, cuts = best, list[FloatArray]()
-    for _ in range(_CUTS):
+    for _ in range(_PASSIVITY_ROUNDS):
         residues = _matrices(poles, free @ chosen, entries)
         values, vectors = _eigenvalues(poles, residues, dense)
         if values.min() >= -_SLACK:

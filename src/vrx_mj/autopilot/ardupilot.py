@@ -21,15 +21,24 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Self
 
-from vrx_mj.autopilot.board import LONGEST, SHORTEST, Board, Channels, channels_of, is_servo_pulse
+from vrx_mj.autopilot.board import MAX_PULSE, MIN_PULSE, Board, Channels, channels_of, is_servo_pulse
 from vrx_mj.errors import CommandError, NetworkError, UnknownNameError
 from vrx_mj.packages import root
 from vrx_mj.runtime.simulation import Simulation
 
 FORMATS = {18458: struct.Struct("<HHI16H"), 29569: struct.Struct("<HHI32H")}
 """Packets of 16 and of 32 channels, by their magic numbers."""
-LARGEST = 256
-"""Bytes of a packet that are read, more than any packet has."""
+MAX_SIZE = 256
+"""Number of bytes of a packet that are read: more than any packet has."""
+PORT, MAVLINK_PORT, PORT_STEP = 9002, 5760, 10
+"""UDP port that a SITL sends to and TCP port of its MAVLink, and how much each further `--instance` adds."""
+TIMEOUT = 5.0
+"""Wall time [s] without a packet after which an autopilot counts as gone: another may take its place."""
+_SETTLING_FRAMES = 3
+"""Consecutive frames with an unsuitable rate before a warning: SITL starts at 1200 Hz and adopts the rate of the
+answers."""
+_LONGEST_WAIT = 0.02
+"""Longest wall time to wait before others have their turn [s]."""
 
 
 class Servos(NamedTuple):
@@ -61,14 +70,6 @@ def answer(state: dict[str, Any]) -> bytes:
     return f"\n{json.dumps(state, allow_nan=False, separators=(',', ':'))}\n".encode()
 
 
-PORT, MAVLINK_PORT, PORT_STEP = 9002, 5760, 10
-"""UDP port that a SITL sends to and TCP port of its MAVLink, and how much each further `--instance` adds."""
-PATIENCE = 5.0
-"""Wall time [s] without a packet after which an autopilot counts as gone: another may take its place."""
-_SETTLING = 3
-"""Frames on end with an unsuitable rate before a warning: SITL starts at 1200 Hz and adopts the rate of the answers."""
-_LONGEST_WAIT = 0.02
-"""Wall time [s] that is waited at most before others have their turn."""
 _Address = tuple[str, int]
 _Report = Callable[[str, str], None]
 """Takes a level, INFO or WARN, and a line for people."""
@@ -101,11 +102,11 @@ class _Link:
         """Drop repeats of the frame that is about to be answered: each would be answered too, ahead of the next one."""
         with contextlib.suppress(OSError):
             while True:
-                packet, peer = self.socket.recvfrom(LARGEST, socket.MSG_PEEK)
+                packet, peer = self.socket.recvfrom(MAX_SIZE, socket.MSG_PEEK)
                 servos = servos_of(packet)
                 if peer != self.peer or servos is None or servos.number != self.count:
                     return
-                self.socket.recv(LARGEST)
+                self.socket.recv(MAX_SIZE)
 
     def send(self) -> None:
         """Send the last answer, if there is one; an autopilot that misses it asks again."""
@@ -267,7 +268,7 @@ class ArduPilot:
         """Take packets of a boat until there is a frame, or none is left."""
         while link.due is None:
             try:
-                packet, peer = link.socket.recvfrom(LARGEST)
+                packet, peer = link.socket.recvfrom(MAX_SIZE)
             except OSError:  # none is left, or the peer of an answer is gone
                 return
             servos = servos_of(packet)
@@ -284,7 +285,7 @@ class ArduPilot:
         """Whether a packet is of the autopilot that sails a boat, which is the first, until it is gone."""
         if link.peer == peer:
             return True
-        if link.peer is not None and time.monotonic() - link.heard < PATIENCE:
+        if link.peer is not None and time.monotonic() - link.heard < TIMEOUT:
             self._say(
                 link,
                 "second",
@@ -313,7 +314,7 @@ class ArduPilot:
         per_second = 1.0 / self._sim.timestep
         steps = max(1, round(per_second / rate)) if rate else 1
         link.unsuited = 0 if abs(steps * rate - per_second) < 1e-6 * per_second else link.unsuited + 1
-        if link.unsuited == _SETTLING:
+        if link.unsuited == _SETTLING_FRAMES:
             rates = [f"{per_second / n:g}" for n in range(1, 101) if per_second / n == round(per_second / n)]
             self._say(
                 link,
@@ -341,7 +342,7 @@ class ArduPilot:
         for number, channel in link.channels.items():
             pulse = pulses[number - 1] if number <= len(pulses) else 0
             if not is_servo_pulse(pulse):
-                what = f"pulses from {SHORTEST} to {LONGEST} us are needed; no pulse is assumed"
+                what = f"pulses from {MIN_PULSE} to {MAX_PULSE} us are needed; no pulse is assumed"
                 self._say(link, f"pulse {number}", f"channel {number} has {pulse} us: {what}")
                 pulse = 0
             commands[channel.command] = channel.value(pulse)
@@ -350,8 +351,8 @@ class ArduPilot:
     def _say_silent(self) -> None:
         now = time.monotonic()
         for link in self._links:
-            if link.due is None and link.peer is not None and now - link.heard > PATIENCE:
-                self._say(link, "silent", f"no frame from its autopilot for {PATIENCE:g} s: the simulation waits")
+            if link.due is None and link.peer is not None and now - link.heard > TIMEOUT:
+                self._say(link, "silent", f"no frame from its autopilot for {TIMEOUT:g} s: the simulation waits")
 
     def _say(self, link: _Link, key: str, text: str) -> None:
         """Report a line about a boat, once for a key."""

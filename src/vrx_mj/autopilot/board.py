@@ -21,7 +21,7 @@ from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Thruster
 from vrx_mj.physics.tables import BLADES
 from vrx_mj.runtime.battery import Charge
-from vrx_mj.runtime.commands import ANGLE
+from vrx_mj.runtime.commands import ANGLE_SUFFIX
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.sensors.instruments import Draw, apparent_wind, inertia
 from vrx_mj.sensors.readings import Mount, Place, place_of_mount
@@ -31,8 +31,15 @@ _FORWARD_RIGHT_DOWN = ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))
 _FROM_EAST_NORTH_UP = np.array([0.0, math.sqrt(0.5), math.sqrt(0.5), 0.0])
 """(4,) quaternion that turns axes east, north, up into north, east, down."""
 _RANGE_FINDERS = 6
-"""Range finders that an answer has room for, `rng_1` to `rng_6`."""
+"""Number of range finders that an answer has room for, `rng_1` to `rng_6`."""
 _EXACT, _NO_DRAW = ImuConfig(name="board", link="base_link"), Draw(0, "", "board", 0, 1.0)
+"""An IMU without errors, and its draw without noise."""
+_TRIM, _SPAN = 1500.0, (400.0, 400.0)
+"""Width of a pulse that commands nothing, and how much less and more commands all [us]."""
+_SAIL_TRIM, _SAIL_SPAN = 1000.0, (1000.0, 1000.0)
+"""Trim and span of a sail's winch, which is hauled in at its trim [us]."""
+MIN_PULSE, MAX_PULSE = 500, 2500
+"""Pulses that a servo can get [us]; a channel without output has 0."""
 
 
 class Board:
@@ -115,14 +122,6 @@ def _numbers(values: FloatArray) -> list[float]:
     return [float(value) for value in values]
 
 
-_TRIM, _SPAN = 1500.0, (400.0, 400.0)
-"""Width of a pulse that commands nothing, and how much less and more commands all [us]."""
-_SAIL_TRIM, _SAIL_SPAN = 1000.0, (1000.0, 1000.0)
-"""Trim and span of a sail's winch, which is hauled in at its trim [us]."""
-SHORTEST, LONGEST = 500, 2500
-"""Pulses that a servo can get [us]; a channel without output has 0."""
-
-
 @dataclass(frozen=True)
 class Channel:
     """A channel and the command that it gives."""
@@ -153,7 +152,7 @@ Channels = Mapping[int, Channel]
 
 def is_servo_pulse(pulse: int) -> bool:
     """Whether a servo can get a pulse [us]."""
-    return pulse == 0 or SHORTEST <= pulse <= LONGEST
+    return pulse == 0 or MIN_PULSE <= pulse <= MAX_PULSE
 
 
 def channels_of(world: World, boat: str) -> dict[int, Channel]:
@@ -190,8 +189,8 @@ def _usual_channels(world: World, boat: str) -> dict[int, Channel]:
     known, pushing = _commands(own), [one.name for one in own if one.mapping not in BLADES]
     if {"left", "right"} <= set(pushing):
         return {1: known["left"], 3: known["right"]}
-    sails = [one.name + ANGLE for one in own if one.sail]
-    steering = [name for name in known if name.endswith(ANGLE) and name not in sails]
+    sails = [one.name + ANGLE_SUFFIX for one in own if one.sail]
+    steering = [name for name in known if name.endswith(ANGLE_SUFFIX) and name not in sails]
     if len(steering) != 1 or len(pushing) > 1 or len(sails) > 1 or not (pushing or sails):
         raise CommandError(
             f"it is not clear which channels command {boat}: set `autopilot:` in its robot's YAML, as in "
@@ -208,5 +207,5 @@ def _commands(own: Sequence[Thruster]) -> dict[str, Channel]:
             found[one.name] = Channel(one.name, *one.command_limits)
         if one.max_angle:
             pulses = (_SAIL_TRIM, _SAIL_SPAN) if one.sail else (_TRIM, _SPAN)
-            found[one.name + ANGLE] = Channel(one.name + ANGLE, -one.max_angle, one.max_angle, *pulses)
+            found[one.name + ANGLE_SUFFIX] = Channel(one.name + ANGLE_SUFFIX, -one.max_angle, one.max_angle, *pulses)
     return found

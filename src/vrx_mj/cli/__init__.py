@@ -12,6 +12,20 @@ from collections.abc import Iterator
 from pathlib import Path
 
 __all__ = ["main"]
+PACKAGES = frozenset({
+    "IPython", "PIL", "av", "capytaine", "cbor2", "collada", "cupy", "foxglove", "gymnasium", "jinja2",
+    "llvmlite", "lxml", "lz4", "markupsafe", "matplotlib", "mujoco", "numba", "numba_cuda", "numpy",
+    "pettingzoo", "psutil", "pyais", "pyarrow", "pydantic", "pynmea2", "ray", "rerun", "rerun_notebook", "rich",
+    "rosbags", "scipy", "shapely", "trimesh", "typer", "websockets", "xacro", "yaml", "yourdfpy",
+})  # fmt: skip
+"""Packages that the sources import, by the names of their modules."""
+EXTRAS = {
+    "ros1": ("rosbags", "lz4"), "foxglove": ("rosbags", "foxglove"), "rosbridge": ("rosbags", "websockets", "cbor2"),
+    "rl": ("gymnasium", "pettingzoo"), "ray": ("ray",), "notebook": ("ipykernel", "rerun_notebook"),
+    "video": ("av",), "hydro": ("capytaine",), "nmea": ("rosbags", "pynmea2", "pyais"),
+    "cuda": ("numba_cuda", "cupy"), "warp": ("mujoco_warp",),
+}  # fmt: skip
+"""Modules that each extra brings."""
 
 
 def main() -> None:
@@ -44,22 +58,6 @@ def _is_interrupt(error: BaseException | None) -> bool:
     return error is not None and (
         isinstance(error, KeyboardInterrupt) or _is_interrupt(error.__cause__ or error.__context__)
     )
-
-
-PACKAGES = frozenset({
-    "IPython", "PIL", "av", "capytaine", "cbor2", "collada", "cupy", "foxglove", "gymnasium", "jinja2",
-    "llvmlite", "lxml", "lz4", "markupsafe", "matplotlib", "mujoco", "numba", "numba_cuda", "numpy",
-    "pettingzoo", "psutil", "pyais", "pyarrow", "pydantic", "pynmea2", "ray", "rerun", "rerun_notebook", "rich",
-    "rosbags", "scipy", "shapely", "trimesh", "typer", "websockets", "xacro", "yaml", "yourdfpy",
-})  # fmt: skip
-"""Packages that the sources import, by the names of their modules."""
-EXTRAS = {
-    "ros1": ("rosbags", "lz4"), "foxglove": ("rosbags", "foxglove"), "rosbridge": ("rosbags", "websockets", "cbor2"),
-    "rl": ("gymnasium", "pettingzoo"), "ray": ("ray",), "notebook": ("ipykernel", "rerun_notebook"),
-    "video": ("av",), "hydro": ("capytaine",), "nmea": ("rosbags", "pynmea2", "pyais"),
-    "cuda": ("numba_cuda", "cupy"), "warp": ("mujoco_warp",),
-}  # fmt: skip
-"""Modules that each extra brings."""
 
 
 def missing_modules(extra: str) -> list[str]:

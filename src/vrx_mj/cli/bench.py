@@ -68,6 +68,56 @@ _CALM = {"physics": {"profile": "vrx"}, "sea": {"model": "none"}}
 _TASK = {"type": "stationkeeping", "goal_cart": [8, 0, 0]}
 _FREE_BARS = ("vrx", 64, 2.0), ("vrx", 1024, 2.0), ("60_waves", 64, 1.3), ("60_waves", 1024, 1.5)
 _SEAS = {"vrx": SEA, "60_waves": _OCEAN}
+_ROUNDS = 15
+_FIGURES = 27
+"""Figures that `measure` takes: for the progress only."""
+_VERDICTS = {True: "yes", False: "no", None: ""}
+_BARE_BOAT = """
+<body name="boat{i}" pos="{x} {y} 0"><freejoint/>
+  <inertial pos="-0.286 0 0.146" mass="258" diaginertia="217 566 683"/>
+  <geom type="cylinder" size="0.2 2" pos="-0.4 1.03 0.2" euler="0 1.57 0"/>
+  <geom type="cylinder" size="0.2 2" pos="-0.4 -1.03 0.2" euler="0 1.57 0"/>
+  <geom type="box" size="0.925 0.5 0.05" pos="0 0 1.25"/>
+</body>"""
+_BARE_WORLD = """
+<mujoco><compiler angle="radian"/>
+  <option timestep="0.01" gravity="0 0 0" solver="Newton" jacobian="sparse">
+    <flag warmstart="disable" autoreset="disable"/>
+  </option>
+  <worldbody>{boats}</worldbody>
+</mujoco>"""
+BATCH_ROWS = 512
+_STEPS = 10
+"""Physics steps of a call: one decision at 10 Hz."""
+_WINDOW = 0.5
+"""How long one side is timed [s]."""
+_BATCH_ROUNDS = 7
+_THROTTLE = 0.1
+_RECORDING_ROUNDS = 4
+"""An even number."""
+_THRUST = ("--seed", "7", "--thrust", "left=0.6,right=0.4")
+_README = ("run", "example_course", "--fleet", "trio", *_THRUST)
+_HUNDRED = ("run", "ocean", "--fleet", "hundred.yaml", *_THRUST)
+_RUNS = {"minute": (*_README, "--duration", "60"), "hundred": (*_HUNDRED, "--duration", "60")}
+SIDES = {
+    **_RUNS,
+    **{f"{name}.rrd": (*words, "--record", f"{name}.rrd") for name, words in _RUNS.items()},
+    "ten.rrd": (*_README, "--duration", "600", "--record", "ten.rrd"),
+    "film": ("replay", "minute.rrd", "--video", "film.mp4"),
+}
+"""Commands by name, in an order in which each has the files that it needs; `.rrd` is the same run recorded."""
+RECORDINGS = {"start": (1, 4), "ten": (600, 1)}
+"""Recordings whose own cost is taken: simulated seconds, and how many in each round."""
+_START = (*_HUNDRED, "--duration", "0.1", "--record", "hundred_start.rrd")
+PARTS = {
+    "/record/rows": "exact rows",
+    "/record/states": "states",
+    "/plots": "plots",
+    "/world/trails": "trails",
+    "/world/sea": "sea",
+    "/world/wakes": "wakes",
+    "/world/boats": "shown poses",
+}
 
 
 def fleet(count: int) -> Mapping[str, object]:
@@ -84,25 +134,6 @@ def sailing(count: int, world: Mapping[str, object] = SEA) -> Simulation:
 
 
 Row = dict[str, Any]
-_ROUNDS = 15
-_FIGURES = 27
-"""Figures that `measure` takes: for the progress only."""
-_VERDICTS = {True: "yes", False: "no", None: ""}
-
-_BARE_BOAT = """
-<body name="boat{i}" pos="{x} {y} 0"><freejoint/>
-  <inertial pos="-0.286 0 0.146" mass="258" diaginertia="217 566 683"/>
-  <geom type="cylinder" size="0.2 2" pos="-0.4 1.03 0.2" euler="0 1.57 0"/>
-  <geom type="cylinder" size="0.2 2" pos="-0.4 -1.03 0.2" euler="0 1.57 0"/>
-  <geom type="box" size="0.925 0.5 0.05" pos="0 0 1.25"/>
-</body>"""
-_BARE_WORLD = """
-<mujoco><compiler angle="radian"/>
-  <option timestep="0.01" gravity="0 0 0" solver="Newton" jacobian="sparse">
-    <flag warmstart="disable" autoreset="disable"/>
-  </option>
-  <worldbody>{boats}</worldbody>
-</mujoco>"""
 
 
 def measure() -> list[Row]:
@@ -301,15 +332,6 @@ def real_time_factor() -> float:
     return 60.0 / median_seconds(lambda: sim.step({"wamv": {"left": 0.5, "right": 0.4}}, duration=60.0), 1)
 
 
-BATCH_ROWS = 512
-_STEPS = 10
-"""Physics steps of a call: one decision at 10 Hz."""
-_WINDOW = 0.5
-"""How long one side is timed [s]."""
-_BATCH_ROUNDS = 7
-_THROTTLE = 0.1
-
-
 def ardupilot_factor(frames: int) -> float:
     """Simulated over wall time of a BlueBoat in waves that a stand-in of ArduPilot asks for 100 frames a second."""
     boat = {"name": "a", "robot": "blueboat", "pose": [0, 0, 0, 0, 0, 0]}
@@ -426,23 +448,6 @@ def megabytes(rows: int, engine: Engine) -> float:
     return (process_memory() - before) / 1e6
 
 
-_RECORDING_ROUNDS = 4
-"""An even number."""
-_THRUST = ("--seed", "7", "--thrust", "left=0.6,right=0.4")
-_README = ("run", "example_course", "--fleet", "trio", *_THRUST)
-_HUNDRED = ("run", "ocean", "--fleet", "hundred.yaml", *_THRUST)
-_RUNS = {"minute": (*_README, "--duration", "60"), "hundred": (*_HUNDRED, "--duration", "60")}
-SIDES = {
-    **_RUNS,
-    **{f"{name}.rrd": (*words, "--record", f"{name}.rrd") for name, words in _RUNS.items()},
-    "ten.rrd": (*_README, "--duration", "600", "--record", "ten.rrd"),
-    "film": ("replay", "minute.rrd", "--video", "film.mp4"),
-}
-"""Commands by name, in an order in which each has the files that it needs; `.rrd` is the same run recorded."""
-RECORDINGS = {"start": (1, 4), "ten": (600, 1)}
-"""Recordings whose own cost is taken: simulated seconds, and how many in each round."""
-_START = (*_HUNDRED, "--duration", "0.1", "--record", "hundred_start.rrd")
-
 _Costs = Mapping[str, float]
 """Processor time [s] by side, of recordings alone too, and with ` MB` behind a side its largest resident memory."""
 
@@ -469,16 +474,6 @@ FIGURES: Mapping[str, tuple[Callable[[_Costs], float], str, float]] = {
     "film_minute_s": (lambda costs: costs["film"], "s of processor time", 30.0),
 }
 """Name, figure, unit and budget."""
-
-PARTS = {
-    "/record/rows": "exact rows",
-    "/record/states": "states",
-    "/plots": "plots",
-    "/world/trails": "trails",
-    "/world/sea": "sea",
-    "/world/wakes": "wakes",
-    "/world/boats": "shown poses",
-}
 
 
 def recording_rows(rounds: int = _RECORDING_ROUNDS) -> list[Row]:
@@ -525,7 +520,7 @@ def recording_seconds(seconds: int) -> float:
     """
     from vrx_mj.cli.sailing import recording
 
-    def spent(call: Callable[[], object]) -> float:
+    def cpu_time(call: Callable[[], object]) -> float:
         begun = time.process_time() + sum(os.times()[2:4])
         call()
         return time.process_time() + sum(os.times()[2:4]) - begun
@@ -537,8 +532,8 @@ def recording_seconds(seconds: int) -> float:
     recorded(), plain()
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         run = recording(sims[0], Path(folder) / "run.rrd", ())
-        opening = spent(lambda: stack.enter_context(run))
-        return opening + sum(spent(recorded) - spent(plain) for _ in range(seconds)) + spent(stack.close)
+        opening = cpu_time(lambda: stack.enter_context(run))
+        return opening + sum(cpu_time(recorded) - cpu_time(plain) for _ in range(seconds)) + cpu_time(stack.close)
 
 
 def rows_of(costs: Mapping[str, Sequence[float]]) -> list[Row]:

@@ -51,7 +51,7 @@ def campaign_times(world: Mapping[str, object], controllers: int = 1, trials: in
                 store.add(result)
                 page.refresh()
                 if number in (_WARM_UP, last):
-                    marks.append(_spent())
+                    marks.append(_cpu_time())
                 if number > _WARM_UP:
                     log = begun.folder / result.cell.folder / LOG
                     first, final = map(float, log.read_text(encoding="utf-8").split())
@@ -59,7 +59,7 @@ def campaign_times(world: Mapping[str, object], controllers: int = 1, trials: in
         return simulated, marks[1] - marks[0]
 
 
-def _spent() -> float:
+def _cpu_time() -> float:
     """Processor time of this process and of all that it has started [s]."""
     here = psutil.Process()
     return float(sum(sum(each.cpu_times()[:4]) for each in (here, *here.children(recursive=True))))

@@ -65,6 +65,7 @@ _Ray = Annotated[
         metavar="[<address>]", help="Run on the Ray cluster at this address; default: RAY_ADDRESS, or this machine."
     ),
 ]
+_SHOWN_FAILURES = 10
 
 
 @reads_files
@@ -201,9 +202,6 @@ def _conclude(now: "Campaign", comparison: "Comparison | None", page: Path, *, s
         typer.echo("stopped; the same command continues from here", err=True)
     if stopped or failed == len(cells):
         raise SystemExit(1)
-
-
-_SHOWN_FAILURES = 10
 
 
 class CampaignProgress:

@@ -44,6 +44,15 @@ _MODULES = {
 _OLDEST_PYTHON = (3, 11)
 _DRAWS = {"egl": "cameras, by GPU or CPU (egl)", "osmesa": "cameras, by CPU (osmesa)", "glfw": "window (glfw)"}
 _GB = 1e9
+_MASTER, _MASTER_PORT, _ROSBRIDGE_PORT = "http://localhost:11311", 11311, 9090
+_LOOPBACK = "127.0.0.1"
+_MASTER_TIMEOUT = 3.0
+"""Wall time that a master may take to answer [s]."""
+_SHOWN = 8
+"""Names of boats that are shown, at most."""
+_HALF = 0.25
+"""Half the edge of a square in the middle of a boat that must not be on land [m]."""
+_WORLD, _OVERLAPS, _FRAMES, _LAND, _COMMANDS = "world", "overlaps", "sensor frames", "boats on land", "command topics"
 
 
 @dataclass(frozen=True)
@@ -313,17 +322,8 @@ def cores_row(cores: tuple[int, float]) -> Row:
     return Row("cores", f"{count}{limit}")
 
 
-_MASTER, _MASTER_PORT, _ROSBRIDGE_PORT = "http://localhost:11311", 11311, 9090
-_LOOPBACK = "127.0.0.1"
-_MASTER_TIMEOUT = 3.0
-"""Wall time that a master may take to answer [s]."""
-_SHOWN = 8
-"""Names of boats that are shown, at most."""
-_HALF = 0.25
-"""Half the edge of a square in the middle of a boat that must not be on land [m]."""
 Publishers = Sequence[tuple[str, Sequence[str]]]
 """Topics on a master, each with the nodes that publish it."""
-_WORLD, _OVERLAPS, _FRAMES, _LAND, _COMMANDS = "world", "overlaps", "sensor frames", "boats on land", "command topics"
 
 
 def examine_world(world: str, fleet: str | None) -> list[Row]:
@@ -418,9 +418,9 @@ def master_row(uri: str, timeout: float = _MASTER_TIMEOUT) -> tuple[Row, Publish
     from xmlrpc.client import Fault
 
     from vrx_mj.ros.network import is_local
-    from vrx_mj.ros.ros1.xmlrpc import BROKEN, Proxy, address
+    from vrx_mj.ros.ros1.xmlrpc import CALL_ERRORS, Proxy, address
 
-    async def asked() -> Any:
+    async def system_state() -> Any:
         proxy = Proxy(uri)
         try:
             return await proxy.ros("getSystemState", "/vrx_mj_doctor", timeout=timeout)
@@ -433,12 +433,12 @@ def master_row(uri: str, timeout: float = _MASTER_TIMEOUT) -> tuple[Row, Publish
     except VrxError as error:
         return Row(what, uri, "no", f"ROS_MASTER_URI: {error}"), ()
     try:
-        publishers = [(str(topic), [str(node) for node in nodes]) for topic, nodes in asyncio.run(asked())[0]]
+        publishers = [(str(topic), [str(node) for node in nodes]) for topic, nodes in asyncio.run(system_state())[0]]
     except ConnectionRefusedError:
         if is_local(host):
             return Row(what, f"none at {uri}", "not needed", "vrx-mj serve --ros1 starts one"), ()
         return Row(what, f"none at {uri}", "no", "start roscore there, or unset ROS_MASTER_URI"), ()
-    except (*BROKEN, Fault, TypeError, ValueError) as error:
+    except (*CALL_ERRORS, Fault, TypeError, ValueError) as error:
         why = str(error) or "no answer"
         return Row(what, f"no ROS master at {uri}: {why}", "no", "correct ROS_MASTER_URI, or unset it"), ()
     return Row(what, f"answers at {uri}"), publishers

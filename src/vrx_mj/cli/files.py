@@ -27,6 +27,8 @@ NEW_KINDS = {"world": "world.yaml", "fleet": "fleet.yaml", "dock": "dock.txt", "
 """Kinds of files that `new` makes, and the start file of each."""
 NEW_ROBOT = ("robot.yaml", "thruster_config.yaml", "component_config.yaml")
 """The start files of a robot, which `new` puts in a folder."""
+_SIDES = "config"
+"""The folder inside of the output for the files beside worlds."""
 
 
 def listing(kind: str, pattern: str = "*", *, verbose: bool = False) -> Iterator[str]:
@@ -241,8 +243,6 @@ def _write(made: "Imported", folder: Path) -> None:
 
 
 app = typer.Typer(rich_markup_mode=None)
-_SIDES = "config"
-"""The folder inside of the output for the files beside worlds."""
 
 
 @app.command()

@@ -14,7 +14,7 @@ from vrx_mj.cli.files import new_folder
 from vrx_mj.cli.robot import coordinates, read_hull
 from vrx_mj.errors import VrxWarning
 from vrx_mj.mjcf.flotation import flotation_at
-from vrx_mj.mjcf.hull_estimate import DENSITY, WIND, HullEstimate, estimated_hull
+from vrx_mj.mjcf.hull_estimate import DENSITY, WIND_COEFFICIENTS, HullEstimate, estimated_hull
 from vrx_mj.mjcf.templates import render
 from vrx_mj.outputs import Content, write_files
 from vrx_mj.physics.thrust import normal_slope
@@ -100,7 +100,7 @@ def _values(boat: HullEstimate) -> dict[str, Any]:
         "point": sheet.center_of_buoyancy, "diagonal": np.diag(boat.added_mass), "bow": x + boat.length,
         "drag": boat.damping + np.array([0.0, lift, 0.0, 0.0, 0.0, lift * x**2]),
         "across_drag": 0.5 * DENSITY * boat.across * boat.drafts.mean() * boat.length,
-        "wind": 0.5 * _AIR * np.array([boat.windage[0], side, side * boat.length]) * WIND,
+        "wind": 0.5 * _AIR * np.array([boat.windage[0], side, side * boat.length]) * WIND_COEFFICIENTS,
         "top": boat.corners[:, :, 2].max() + 0.1,
     }  # fmt: skip
     return {key: _short(value) for key, value in found.items() if key not in {"corners", "sheet"}}

@@ -28,6 +28,12 @@ Words = list[str]
 """Words of a command line of `vrx-mj`."""
 _GZSERVER = {"-s", "--server-plugin", "--record_path", "--record_period", "--seed", "-e", "--physics", "--iters"}
 """Options of gzserver with a value, which `vrx-mj serve` has no use for."""
+_ENDS = (signal.SIGINT, signal.SIGTERM)
+_SOURCES = ("file", "param", "stdin", "database")
+_PATIENCE = 300.0
+"""Wall time that a world may take until it is served [s]: the first on a machine compiles its kernels."""
+_MOST_CHARACTERS = 20_000_000
+"""Characters of a description, at most."""
 
 
 def main() -> None:
@@ -193,15 +199,6 @@ def _absolute(path: str, folder: Path) -> str:
 
 def _is_true(text: str) -> bool:
     return text.lower() in {"true", "1"}
-
-
-_ENDS = (signal.SIGINT, signal.SIGTERM)
-
-_SOURCES = ("file", "param", "stdin", "database")
-_PATIENCE = 300.0
-"""Wall time that a world may take until it is served [s]: the first on a machine compiles its kernels."""
-_MOST_CHARACTERS = 20_000_000
-"""Characters of a description, at most."""
 
 
 def spawn_model(words: Sequence[str], folder: Path) -> list[Words]:

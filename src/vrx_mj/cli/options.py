@@ -63,6 +63,24 @@ _Ignored = Annotated[
 
 LARGEST = 1e9
 """Bound of numbers."""
+DEFAULT_PORT = "9090"
+"""Port of rosbridge."""
+_DEFAULT_WEB_PORT = "8090"
+"""Port of teleop's page."""
+_ENDS = (".launch", ".launch.py", ".world", ".xacro", ".sdf", ".yaml", ".yml")
+"""How the files of a folder end that a command line may name."""
+_LEFT_OUT = {
+    "--rosbridge": (DEFAULT_PORT, r"\d+"),
+    "--web": (_DEFAULT_WEB_PORT, r"\d+"),
+    "--foxglove": ("8765", r"\d+"),
+    "--localization": ("navigator", "navigator|truth"),
+    "--ardupilot": ("9002", r"\d+|[^-]\S*:\d+"),
+    "--nmea": ("10110", r"\d+|[^-]\S*:\d+"),
+}
+"""Options whose value may be left out, with that which they then have, and the form of their values."""
+_LEFT_OUT_BY_CAMPAIGN = {"--ray": ("", r"auto|local|[^-]\S*:\d+")}
+"""Short options left out of `vrx-mj campaign`, where others of these options are flags."""
+_T = TypeVar("_T")
 
 
 def above_zero(most: float = LARGEST) -> Callable[[typer.CallbackParam, float | None], float | None]:
@@ -98,27 +116,6 @@ Folder = Annotated[Path, typer.Option("--output", "-o", help="The folder to writ
 Record = Annotated[Path | None, typer.Option(help="Write a recording for rerun (.rrd).")]
 Recording = Annotated[Path, typer.Argument(help="A recording (.rrd).")]
 Json = Annotated[Path | None, typer.Option("--json", help="Write the table as JSON.")]
-
-DEFAULT_PORT = "9090"
-"""Port of rosbridge."""
-_DEFAULT_WEB_PORT = "8090"
-"""Port of teleop's page."""
-_ENDS = (".launch", ".launch.py", ".world", ".xacro", ".sdf", ".yaml", ".yml")
-"""How the files of a folder end that a command line may name."""
-_LEFT_OUT = {
-    "--rosbridge": (DEFAULT_PORT, r"\d+"),
-    "--web": (_DEFAULT_WEB_PORT, r"\d+"),
-    "--foxglove": ("8765", r"\d+"),
-    "--localization": ("navigator", "navigator|truth"),
-    "--ardupilot": ("9002", r"\d+|[^-]\S*:\d+"),
-    "--nmea": ("10110", r"\d+|[^-]\S*:\d+"),
-}
-"""Options whose value may be left out, with that which they then have, and the form of their values."""
-_LEFT_OUT_BY_CAMPAIGN = {"--ray": ("", r"auto|local|[^-]\S*:\d+")}
-"""The same for `vrx-mj campaign`, where others of these options are flags."""
-
-
-_T = TypeVar("_T")
 
 
 def put_first(folders: Sequence[Path], variable: str, option: str) -> None:

@@ -33,6 +33,29 @@ _UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 """Error of typer about a command line that no command takes; it exports the subclass alone."""
 _EXAMPLE = "Example: "
 _HEADING = re.compile(r"^\S.*:$", re.MULTILINE)
+_NUMBERS = {int: "a whole number", float: "a number"}
+PANELS = {
+    "Sail": "worlds and boats in motion",
+    "Look": "what there is, and what has happened",
+    "Check": "boats, and this machine",
+    "ROS": "programs and bags of ROS 1, ROS 2 and rosbridge",
+    "Learn": "controllers and policies in many worlds",
+}
+"""The groups of the help, and what each holds."""
+FIRST = {
+    "demo": "vrx-mj demo",
+    "list": "vrx-mj list worlds",
+    "run": "vrx-mj run example_course --fleet trio --record run.rrd",
+    "replay": "vrx-mj replay run.rrd",
+    "view": "vrx-mj view example_course --fleet trio",
+    "new": "vrx-mj new world my_bay",
+}
+"""Commands that a new user needs first, with an example of each."""
+_ABOUT = (
+    "Simulates unmanned surface vessels on MuJoCo: the worlds, boats and conventions of VRX, without ROS and Gazebo."
+)
+_CTRL_C = 130
+"""Exit code of what Ctrl-C ended before there was something to keep, as shells have it."""
 
 
 def description(text: str | None) -> list[str]:
@@ -56,9 +79,6 @@ def convert_lightly(parameter: Any) -> None:
         choices = get_args(kind) if get_origin(kind) is Literal else ()
         if choices or (isinstance(kind, type) and issubclass(kind, (*_NUMBERS, str, bool, Path))):
             parameter._runtime_param = Conversion(str if choices else kind, choices)
-
-
-_NUMBERS = {int: "a whole number", float: "a number"}
 
 
 class Conversion:
@@ -164,16 +184,6 @@ class Group(_Light, TyperGroup):
         return super().resolve_command(ctx, args)
 
 
-PANELS = {
-    "Sail": "worlds and boats in motion",
-    "Look": "what there is, and what has happened",
-    "Check": "boats, and this machine",
-    "ROS": "programs and bags of ROS 1, ROS 2 and rosbridge",
-    "Learn": "controllers and policies in many worlds",
-}
-"""The groups of the help, and what each holds."""
-
-
 class Entry(NamedTuple):
     """A command."""
 
@@ -212,16 +222,6 @@ COMMANDS = {
     "worlds": Entry("Learn", "files:app", "Generate series of worlds from an axes file, as VRX's generator does."),
 }  # fmt: skip
 
-FIRST = {
-    "demo": "vrx-mj demo",
-    "list": "vrx-mj list worlds",
-    "run": "vrx-mj run example_course --fleet trio --record run.rrd",
-    "replay": "vrx-mj replay run.rrd",
-    "view": "vrx-mj view example_course --fleet trio",
-    "new": "vrx-mj new world my_bay",
-}
-"""Commands that a new user needs first, with an example of each."""
-
 
 def overview() -> str:
     """Output of `vrx-mj` without arguments: six commands, and where the rest is."""
@@ -237,13 +237,6 @@ def overview() -> str:
             "",
         ]
     )
-
-
-_ABOUT = (
-    "Simulates unmanned surface vessels on MuJoCo: the worlds, boats and conventions of VRX, without ROS and Gazebo."
-)
-_CTRL_C = 130
-"""Exit code of what Ctrl-C ended before there was something to keep, as shells have it."""
 
 
 @cache

@@ -41,6 +41,8 @@ if TYPE_CHECKING:
 
 
 app = typer.Typer(rich_markup_mode=None)
+_DEFAULT_URL = "ws://127.0.0.1:9090"
+_COLORS = {"WARN": "yellow", "ERROR": "red"}
 
 
 @app.command()
@@ -132,9 +134,6 @@ def convert(
     typer.echo(f"{target}: {count} messages")
 
 
-_DEFAULT_URL = "ws://127.0.0.1:9090"
-
-
 def teleop(
     boat: Annotated[str | None, typer.Option(help="The boat to drive at first; default: the first one.")] = None,
     url: Annotated[str, typer.Option(help="Address of the rosbridge.")] = _DEFAULT_URL,
@@ -173,9 +172,6 @@ def _serve_page(port: int, url: str, boat: str | None) -> None:
         if not reaches(url):
             typer.echo(f"nothing answers at {url} yet; start a world there: vrx-mj serve WORLD --rosbridge", err=True)
         server.serve_forever(poll_interval=0.2)
-
-
-_COLORS = {"WARN": "yellow", "ERROR": "red"}
 
 
 _Rosbridge = Annotated[int | None, typer.Option(help="Serve rosbridge v2; default port: 9090.")]

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
     from vrx_mj.runtime.run import Summary
 
+_ANGLES = ("yaw from x [deg]", "compass heading [deg]", "compass course [deg]")
+
 
 def is_watched() -> bool:
     """Whether messages go to a terminal."""
@@ -65,9 +67,6 @@ def score_line(name: str, kind: str, state: str, score: float | None, collisions
 def pace_text(factor: float) -> str:
     """How much faster than real time a run was."""
     return f"{factor:.0f} x real time" if factor >= 10.0 else f"{factor:.2g} x real time"
-
-
-_ANGLES = ("yaw from x [deg]", "compass heading [deg]", "compass course [deg]")
 
 
 def print_summary(summary: "Summary") -> None:

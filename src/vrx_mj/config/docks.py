@@ -64,22 +64,8 @@ LightColor = Annotated[
 Colors = Annotated[tuple[_ColorName, _ColorName, _ColorName], several(f"three colours of {', '.join(LIGHT_COLORS)}", 3)]
 """Colours of a light buoy in their order, as a task has them."""
 Pattern = Annotated[tuple[LightColor, LightColor, LightColor], several("three of red, green, blue, yellow and off", 3)]
-
-
-class LightConfig(Config):
-    """Panels that light up together: three colours for one second each, then two seconds dark, repeatedly."""
-
-    panels: Annotated[tuple[Name, ...], NotEmpty]
-    """Names of the visuals that are the panels."""
-    pattern: Pattern = (OFF, OFF, OFF)
-    """The colours until a task or a user sets others."""
-
-
-_Board = Literal["placard", "placard_2022"]
-"""Objects that placards are made of."""
 _FIRST_SYMBOL = SYMBOLS[0]
 """Symbol of a placard at the start."""
-
 MOUTH_GAP = 2.5
 """Distance from a bay's mouth to the middle of the zone outside [m]; VRX: dock_2022."""
 _ZONE_DEPTH = 1.5
@@ -96,11 +82,34 @@ _BOARD_CENTER = 1.75
 """Height of a board's middle over the dock's origin [m]; VRX: dock_2016, dock_2022."""
 _SYMBOLS_ON = {"placard": (0.07, 2.25), "placard_2022": (0.27, 1.5)}
 """How far before the middle of a board, and how high over the dock's origin, its symbol is [m]; VRX's static docks."""
+_HOLE_HEIGHT = 1.08
+"""Height of the holes over the middle of the board [m]."""
+_BLOCKS = (0.5, 1.0, 1.5, 2.0)
+"""Edges of blocks [m]: VRX's dock_block, 2x2, 3x3 and 4x4."""
+_MAX_CELLS = 10_000
+"""Most cells of a dock, blanks included."""
+_MAX_FAULTS = 10
+_HINTS = {"x": "type 'X'", "#": "comments are allowed only at the start of the file"}
+_MAX_BLOCKS = 200
+"""Most blocks of a dynamic dock."""
+_EDGES = one_of([f"{edge:g}" for edge in _BLOCKS])
+
+
+class LightConfig(Config):
+    """Panels that light up together: three colours for one second each, then two seconds dark, repeatedly."""
+
+    panels: Annotated[tuple[Name, ...], NotEmpty]
+    """Names of the visuals that are the panels."""
+    pattern: Pattern = (OFF, OFF, OFF)
+    """The colours until a task or a user sets others."""
+
+
+_Board = Literal["placard", "placard_2022"]
+"""Objects that placards are made of."""
+
 _Hole = tuple[Literal["big", "small"], float, tuple[float, float, float]]
 _HOLES: tuple[_Hole, ...] = (("big", -0.6, (0.5, 0.5, 0.5)), ("small", 0.6, (0.25, 0.5, 0.25)))
 """Holes of a `placard_2022`: size, x in its frame and the box that detects a ball [m]; VRX: scan_dock_deliver.xacro."""
-_HOLE_HEIGHT = 1.08
-"""Height of the holes over the middle of the board [m]."""
 
 
 class Box(Config):
@@ -249,15 +258,6 @@ def board_holes(bay: int, placard: PlacardConfig) -> Iterator[HoleConfig]:
         yield HoleConfig(bay=bay, size=size, center=(px, py, pz), box=(ex, ey, ez))
 
 
-_BLOCKS = (0.5, 1.0, 1.5, 2.0)
-"""Edges of blocks [m]: VRX's dock_block, 2x2, 3x3 and 4x4."""
-_MAX_CELLS = 10_000
-"""Most cells of a dock, blanks included."""
-
-_MAX_FAULTS = 10
-_HINTS = {"x": "type 'X'", "#": "comments are allowed only at the start of the file"}
-
-
 def neighbours(cell: Cell) -> tuple[Cell, ...]:
     """The four cells that share an edge with one."""
     i, j = cell
@@ -316,10 +316,6 @@ def _dock_faults(lines: Sequence[str]) -> list[tuple[int, int, str]]:
     return [(*place, f"row {place[0]}, column {place[1]}: {found[place]}") for place in sorted(found)][:_MAX_FAULTS]
 
 
-_MAX_BLOCKS = 200
-"""Most blocks of a dynamic dock."""
-
-
 class Placed(InFolder):
     """Something with a name and a pose, in a world or as part of a composite object."""
 
@@ -355,7 +351,6 @@ def _check_drawing(value: str) -> str:
 
 _Drawing = Annotated[str, BeforeValidator(_drawing), AfterValidator(_check_drawing), loads(load_dock)]
 """A dock's drawing, or what names one."""
-_EDGES = one_of([f"{edge:g}" for edge in _BLOCKS])
 _Block = Annotated[Number, demand(_BLOCKS.__contains__, f"a block is {_EDGES} m long, got {{}}")]
 
 

@@ -52,6 +52,11 @@ _ComplexRow = tuple[_Complex, _Complex, _Complex, _Complex, _Complex, _Complex]
 _ComplexMatrix = tuple[_ComplexRow, _ComplexRow, _ComplexRow, _ComplexRow, _ComplexRow, _ComplexRow]
 
 _DriftRow = tuple[_Complex, _Complex, _Complex, _Complex, _Complex, _Complex, _Complex]
+_SERIES = "wageningen_b4_70"
+_STEP = 2
+"""Step between the rows of a series [degrees]: a sixth of its fastest harmonic's period."""
+_WIDEST = 30.0
+"""Widest step between the rows of a four-quadrant table [degrees]."""
 
 
 class Hydro(BaseModel):
@@ -74,15 +79,15 @@ class Hydro(BaseModel):
     frequencies: Annotated[tuple[kinds.Positive, ...], Field(min_length=2)]
     """n rising angular frequencies [rad/s]."""
     added_mass: tuple[kinds.SixBySix, ...]
-    """(n, 6, 6) [kg, kg m, kg m2]."""
+    """(n, 6, 6) added mass at each frequency [kg, kg m, kg m2]."""
     damping: tuple[kinds.SixBySix, ...]
-    """(n, 6, 6) [kg/s, kg m/s, kg m2/s]."""
+    """(n, 6, 6) damping at each frequency [kg/s, kg m/s, kg m2/s]."""
     added_mass_infinite: kinds.SixBySix
     """Added mass at infinite frequency."""
     poles: Annotated[tuple[_Complex, ...], Field(max_length=_MOST_POLES)] = ()
     """k poles of the memory [1/s]."""
     residues: tuple[_ComplexMatrix, ...] = ()
-    """(k, 6, 6) their residues, force i per memory of motion j."""
+    """(k, 6, 6) residues at the poles: force i per memory of motion j."""
     fit_error: kinds.NonNegative
     """Error of the poles over all frequencies, as a share."""
     displacement: kinds.Positive | None = None
@@ -235,12 +240,6 @@ class HydrodynamicsConfig(Config):
 
 
 _Point = Annotated[tuple[Command, Number], numbers("command thrust")]
-
-_SERIES = "wageningen_b4_70"
-_STEP = 2
-"""Step between the rows of a series [degrees]: a sixth of its fastest harmonic's period."""
-_WIDEST = 30.0
-"""Widest step between the rows of a four-quadrant table [degrees]."""
 
 
 def _of_series(value: object) -> object:

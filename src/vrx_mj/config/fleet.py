@@ -31,6 +31,10 @@ from vrx_mj.model.boats import AisClass
 _FUNCTION = re.compile(r"[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*")
 _Controller = Annotated[str, demand(_FUNCTION.fullmatch, "expected module:function, as in my_boat:controller, got {}")]
 _Engines = Literal["fixed", "hinged"]
+_OUTWARD = math.radians(5.0)
+"""How near a heading is to outward that was meant so [rad]."""
+_FAR = 300.0
+"""Distance [m] from everything in a world beyond which a fleet is probably misplaced."""
 
 
 @dataclass(frozen=True)
@@ -364,12 +368,6 @@ def room_faults(fleet: FleetConfig, seed: int) -> Iterator[Fault]:
         edge = fleet.size or enough
         text = f"{done} of {count} boats fit in {edge:g} m x {edge:g} m, {fleet.spacing:g} m apart"
         yield (key,), f"{text}; use {math.ceil(enough)} m or more, or a smaller spacing"
-
-
-_OUTWARD = math.radians(5.0)
-"""How near a heading is to outward that was meant so [rad]."""
-_FAR = 300.0
-"""Distance [m] from everything in a world beyond which a fleet is probably misplaced."""
 
 
 def load_fleet(source: Source | None, world: WorldConfig) -> FleetConfig:

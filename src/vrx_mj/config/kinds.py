@@ -19,6 +19,24 @@ from vrx_mj.constants import STANDARD_GRAVITY
 
 _HEAD = 4000
 """Bytes of a file that are looked into."""
+_TABLES = json.loads((Path(__file__).parent / "kinds.json").read_bytes())
+_OURS = _TABLES["ours"]
+KINDS, NEEDS, USES = (
+    {kind: str(row[key]) for kind, row in _OURS.items() if key in row} for key in ("name", "needs", "use")
+)
+"""Kinds of files: what a message calls one, if it has a name; what it is, for who gives another; and its use."""
+MARKS: Mapping[str, set[str]] = {kind: set(row["marks"]) for kind, row in _OURS.items() if "marks" in row}
+"""Keys of files of one kind alone."""
+_AXIS = {"steps", "macros"}
+"""Keys of every part of a file of axes."""
+_FORMATS = "vrx_mj.formats"
+"""The package whose READERS are used."""
+_OUR_ENDS = (".yaml", ".yml", ".txt")
+_DEFAULTS: Mapping[str, Mapping[str, Any]] = {
+    "vrx3": {"physics": {"timestep": 0.004, "at_base_link": ("pinger",)}, "sea": {"scale": 1.1}},
+    "marine": {"physics": {"gravity": STANDARD_GRAVITY, "at_base_link": ()}},
+}
+"""Defaults of a world by profile; VRX 3's GPS and IMU are links of their own, its sea is Wavefield.cc's."""
 
 
 class FileKind(NamedTuple):
@@ -30,22 +48,11 @@ class FileKind(NamedTuple):
     """What takes it; FILE is its path."""
 
 
-_TABLES = json.loads((Path(__file__).parent / "kinds.json").read_bytes())
 FORMATS = {end: FileKind(*words) for end, words in _TABLES["formats"].items()}
 """Kinds of files by the end of their name, the longest first."""
 _ROOTS = {tag.encode(): FileKind(*words) for tag, words in _TABLES["roots"].items()}
 """Kinds of XML files by their first tag."""
 _FOLDER = FileKind("a folder", "name a file in it")
-
-_OURS = _TABLES["ours"]
-KINDS, NEEDS, USES = (
-    {kind: str(row[key]) for kind, row in _OURS.items() if key in row} for key in ("name", "needs", "use")
-)
-"""Kinds of files: what a message calls one, if it has a name; what it is, for who gives another; and its use."""
-MARKS: Mapping[str, set[str]] = {kind: set(row["marks"]) for kind, row in _OURS.items() if "marks" in row}
-"""Keys of files of one kind alone."""
-_AXIS = {"steps", "macros"}
-"""Keys of every part of a file of axes."""
 
 
 def kind_of(file: Path) -> FileKind | None:
@@ -79,11 +86,6 @@ def other_kind(kind: str, section: Mapping[str, object]) -> str | None:
         return None
     found = next(((name, key) for name, marks in MARKS.items() for key in sorted(given & marks)), None)
     return f"the file of {USES[found[0]]}: it has the key '{found[1]}'" if found else None
-
-
-_FORMATS = "vrx_mj.formats"
-"""The package whose READERS are used."""
-_OUR_ENDS = (".yaml", ".yml", ".txt")
 
 
 @dataclass(frozen=True)
@@ -149,12 +151,6 @@ NEWER: Profile = "vrx3"
 MARINE: Profile = "marine"
 DEFAULT: Profile = MARINE
 """Profile of a world that names none."""
-
-_DEFAULTS: Mapping[str, Mapping[str, Any]] = {
-    "vrx3": {"physics": {"timestep": 0.004, "at_base_link": ("pinger",)}, "sea": {"scale": 1.1}},
-    "marine": {"physics": {"gravity": STANDARD_GRAVITY, "at_base_link": ()}},
-}
-"""Defaults of a world by profile; VRX 3's GPS and IMU are links of their own, its sea is Wavefield.cc's."""
 
 
 def on_its_profile(world: Section) -> Section:

@@ -33,6 +33,8 @@ from vrx_mj.config.tree import (
 from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxError
 
+_TAG = re.compile(r"<(?:xacro:)?([A-Za-z_][\w.-]*)")
+
 
 def problems_of(error: ValidationError, section: Section) -> list[Problem]:
     """Everything that pydantic found in a section, in the order of the file."""
@@ -51,9 +53,6 @@ def problem_at(section: Section, loc: tuple[str | int, ...], message: str) -> Pr
     """A problem with the value at `loc`."""
     spot = locate(section, loc)
     return _problem_in(spot.place, spot.path, message)
-
-
-_TAG = re.compile(r"<(?:xacro:)?([A-Za-z_][\w.-]*)")
 
 
 def _problem_in(place: Place, path: tuple[str | int, ...], message: str) -> Problem:

@@ -48,6 +48,14 @@ _AXES: Mapping[str, int] = {"revolute": 1, "continuous": 1, "prismatic": 1, "uni
 
 
 _Limits = Annotated[tuple[Number, Number], numbers("lower upper"), rising("lower", "upper")]
+_POINTS = 8
+"""Waypoints of a circle: VRX's follow_plugin.cc."""
+_MOST_LEVELS = 8
+"""Objects inside objects, nested."""
+MOST_OBJECTS = 10_000
+"""Single objects in a world or an object."""
+_MOST = 1000
+"""Objects of a kind in a field."""
 
 
 def _parallel(one: tuple[float, float, float], other: tuple[float, float, float]) -> bool:
@@ -172,10 +180,6 @@ def link_order(root: str, joints: Sequence[JointConfig]) -> list[str]:
     return order[1:]
 
 
-_POINTS = 8
-"""Waypoints of a circle: VRX's follow_plugin.cc."""
-
-
 class CirclePath(Config):
     """A counter-clockwise circle around the start, as eight waypoints. The first lies to the east."""
 
@@ -243,10 +247,6 @@ def _points(path: PathConfig, pose: Pose) -> Sequence[tuple[float, float]]:
 
 
 _Afloat = Only("static", (False,))
-_MOST_LEVELS = 8
-"""Objects inside objects, nested."""
-MOST_OBJECTS = 10_000
-"""Single objects in a world or an object."""
 
 
 class RopeConfig(Config):
@@ -425,10 +425,6 @@ def _warn_if_it_sinks(thing: ObjectConfig, file: Path) -> None:
     if (mass := thing.whole_mass) > displaced:
         text = f"{display(file)}: sinks: mass {mass:g} kg; its buoyancy displaces at most {displaced:g} kg"
         warnings.warn(text, VrxWarning, stacklevel=2)
-
-
-_MOST = 1000
-"""Objects of a kind in a field."""
 
 
 def _must_be_single(model: str, near: Path | None) -> None:

@@ -19,6 +19,43 @@ from vrx_mj.packages import root
 _NO_FILES = {"d": "a folder", "p": "a pipe", "s": "a socket", "c": "a device", "b": "a device"}
 """Kinds of paths that are no files, by their letter in a long listing."""
 _WAITS_FOR_NOBODY = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0) | getattr(os, "O_BINARY", 0)
+_MOST_NAMES = 1000
+"""Files of a folder among which the one that is meant is looked for."""
+_CLASSIC, _NEWER = "ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"
+_PARENTS = 4
+"""How far above a file the package is looked for that it lies in."""
+_SUBFOLDERS = re.compile("config|description|launch|meshes|models?|robots?|sdf|urdf|worlds|xacro")
+"""Folders of a package in which robot files lie."""
+SOURCES = "src"
+"""Name of the folder of a workspace in which its packages are."""
+DEEPEST = 4
+"""Folders below an entry of ROS_PACKAGE_PATH in which packages are looked for."""
+_MOST_FOLDERS = 5000
+"""Folders that are looked into for packages."""
+_NAME = re.compile(r"<name>\s*([\w.-]{1,200})\s*</name>")
+_BYTES = 100_000
+BUILT_IN = "VRX_MJ_BUILT_IN"
+"""A file in the folders of packages that `vrx-mj ros packages` writes for roslaunch: what they hold is known here."""
+XML_SUFFIXES = (".urdf", ".xacro")
+SCHEME = "model://"
+"""How the name of a model of Gazebo begins."""
+TEMPLATE = "model.sdf.erb"
+"""File from which VRX makes the model of a dock."""
+WORLD_SUFFIXES = (".world.xacro", ".sdf.xacro", ".world", ".sdf")
+"""How worlds of Gazebo end, the longest first."""
+MODEL_SUFFIXES = (*WORLD_SUFFIXES, ".sdf.erb")
+"""How the files that models of Gazebo are in end."""
+_TERRAIN = "terrain"
+"""The kind of files of shorelines."""
+_PATH_SUFFIXES = (".yaml", ".yml", ".txt", *WORLD_SUFFIXES, *XML_SUFFIXES)
+PACKAGE_PATH = "VRX_MJ_PACKAGE_PATH"
+"""Environment variable with the folders in which `package://` and `$(find ...)` look."""
+OWN_PATH = "VRX_MJ_PATH"
+"""Environment variable with the folders in which names are looked for, and files may lie that other files name."""
+MISSING = "VRX_MJ_MISSING"
+"""Environment variable that says `ignore` where launch files and xacro may name packages that are missing."""
+ALLOW = f"add its folder by --allow FOLDER or {OWN_PATH}"
+"""Advice about a file in a folder that may not be read."""
 
 
 class ReadingError(VrxError):
@@ -51,10 +88,6 @@ def _check(status: os.stat_result) -> int:
     if other := _NO_FILES.get(stat.filemode(status.st_mode)[0]):
         raise ReadingError(f"cannot be read: it is {other}, not a file")
     return status.st_size
-
-
-_MOST_NAMES = 1000
-"""Files of a folder among which the one that is meant is looked for."""
 
 
 def _refuse_foreign(kind: str, text: str, folder: Path, known: Container[str]) -> None:
@@ -100,25 +133,6 @@ def in_vrx(kind: str, name: str, known: Container[str]) -> str | None:
     """The message about a world's name that is one of VRX's; None: VRX has no such name."""
     describe = function_of("names", name) if kind == "worlds" else None
     return describe(name, known) if describe else None
-
-
-_CLASSIC, _NEWER = "ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"
-_PARENTS = 4
-"""How far above a file the package is looked for that it lies in."""
-_SUBFOLDERS = re.compile("config|description|launch|meshes|models?|robots?|sdf|urdf|worlds|xacro")
-"""Folders of a package in which robot files lie."""
-SOURCES = "src"
-"""Name of the folder of a workspace in which its packages are."""
-DEEPEST = 4
-"""Folders below an entry of ROS_PACKAGE_PATH in which packages are looked for."""
-_MOST_FOLDERS = 5000
-"""Folders that are looked into for packages."""
-_NAME = re.compile(r"<name>\s*([\w.-]{1,200})\s*</name>")
-_BYTES = 100_000
-
-
-BUILT_IN = "VRX_MJ_BUILT_IN"
-"""A file in the folders of packages that `vrx-mj ros packages` writes for roslaunch: what they hold is known here."""
 
 
 def is_built_in(folder: Path) -> bool:
@@ -260,28 +274,6 @@ def _crawl(entry: Path, depth: int, left: list[int]) -> Iterator[Path]:
         if {"package.xml", "CATKIN_IGNORE"} & {*files} or len(Path(folder).parts) - len(entry.parts) >= depth:
             below.clear()
         below[:] = sorted((name for name in below if not name.startswith(".")), reverse=True)
-
-
-XML_SUFFIXES = (".urdf", ".xacro")
-SCHEME = "model://"
-"""How the name of a model of Gazebo begins."""
-TEMPLATE = "model.sdf.erb"
-"""File from which VRX makes the model of a dock."""
-WORLD_SUFFIXES = (".world.xacro", ".sdf.xacro", ".world", ".sdf")
-"""How worlds of Gazebo end, the longest first."""
-MODEL_SUFFIXES = (*WORLD_SUFFIXES, ".sdf.erb")
-"""How the files that models of Gazebo are in end."""
-_TERRAIN = "terrain"
-"""The kind of files of shorelines."""
-_PATH_SUFFIXES = (".yaml", ".yml", ".txt", *WORLD_SUFFIXES, *XML_SUFFIXES)
-PACKAGE_PATH = "VRX_MJ_PACKAGE_PATH"
-"""Environment variable with the folders in which `package://` and `$(find ...)` look."""
-OWN_PATH = "VRX_MJ_PATH"
-"""Environment variable with the folders in which names are looked for, and files may lie that other files name."""
-MISSING = "VRX_MJ_MISSING"
-"""Environment variable that says `ignore` where launch files and xacro may name packages that are missing."""
-ALLOW = f"add its folder by --allow FOLDER or {OWN_PATH}"
-"""Advice about a file in a folder that may not be read."""
 
 
 def package_paths() -> tuple[Path, ...]:

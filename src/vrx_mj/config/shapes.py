@@ -30,6 +30,13 @@ Size = Annotated[tuple[Positive, Positive, Positive], numbers("x y z")]
 
 Factor = Annotated[Number, demand(bool, "must not be 0")]
 _Scale = Annotated[tuple[Factor, Factor, Factor], numbers("x y z")]
+_ENDS = one_of(MESH_SUFFIXES)
+_SEGMENTS = 64
+"""Sides of the prism that replaces a cylinder; it has the cylinder's volume."""
+_MOST_PIECES = 100
+"""Loose pieces of a mesh that are looked at one by one; those of more are one."""
+_SEAM = 1e-6
+"""Share of a mesh's extent [m] within which two points are one."""
 
 
 def _three(value: object) -> object:
@@ -40,7 +47,6 @@ def _is_mesh(file: str) -> bool:
     return file.lower().endswith(MESH_SUFFIXES)
 
 
-_ENDS = one_of(MESH_SUFFIXES)
 _Mesh = Annotated[str, demand(_is_mesh, f"expected a mesh that ends in {_ENDS}, got {{}}"), loads(contained_file)]
 
 
@@ -101,20 +107,12 @@ class BuoyancyConfig(Config):
     """Shapes that displace water. The whole volume of each counts, even if shapes overlap."""
 
 
-_SEGMENTS = 64
-"""Sides of the prism that replaces a cylinder; it has the cylinder's volume."""
-_MOST_PIECES = 100
-"""Loose pieces of a mesh that are looked at one by one; those of more are one."""
-_SEAM = 1e-6
-"""Share of a mesh's extent [m] within which two points are one."""
-
-
 @dataclass(frozen=True)
 class Solid:
     """Closed surfaces as triangles, counter-clockwise seen from outside."""
 
     corners: FloatArray
-    """(n, 3, 3): corners of the triangles [m]"""
+    """Corners of the triangles, (n, 3, 3) [m]."""
     notes: tuple[str, ...] = ()
     """Notes about repairs."""
 

@@ -25,6 +25,10 @@ Gate = Annotated[
     demand(lambda gate: len(gate) == 2, "expected two names [left, right], got {}"),
     demand(lambda gate: gate[0] != gate[1], "a gate has two sides, got {}"),
 ]
+_DOCKS: dict[str, dict[str, Any]] = {
+    "dock": {"enable_color_checker": False},
+    "scan_dock_deliver": {"dock_bonus_points": 15.0, "correct_dock_bonus_points": 5.0},
+}
 
 
 class ShownObject(Config):
@@ -210,12 +214,6 @@ class DockTask(TaskConfig):
         if not isinstance(data, Mapping):
             return data
         return {**_DOCKS.get(data.get("type", ""), {}), **data}
-
-
-_DOCKS: dict[str, dict[str, Any]] = {
-    "dock": {"enable_color_checker": False},
-    "scan_dock_deliver": {"dock_bonus_points": 15.0, "correct_dock_bonus_points": 5.0},
-}
 
 
 class WildlifeTask(TaskConfig):

@@ -19,6 +19,19 @@ PYDANTIC: Mapping[str, str] = _TABLES["pydantic"]
 PYYAML: Mapping[str, str] = _TABLES["pyyaml"]
 """Messages of PyYAML's errors, by how they begin in its words."""
 _LONGEST = 60
+ALLOWED = "a letter, then letters, digits and '_'"
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
+_SHOWN = 8
+_APPENDED = ("objects", "docks")
+"""Lists that a world adds to those of its base; any other list replaces the base's."""
+_REPLACED = ("task",)
+"""Mappings that take the place of the base's where they are of another type."""
+_OF_ROBOT = ("arguments", "thrusters", "components", "sensors")
+"""Keys that depend on `robot`: a file with another one takes none of them from its base."""
+_USUAL_ROBOT = "wamv"
+"""Robot of a file that names none."""
+DEEPEST = 40
+"""Levels of nesting that a file or a dict may have."""
 
 
 def fault(message: str, **where: object) -> PydanticCustomError:
@@ -68,11 +81,6 @@ def _short(text: str) -> str:
     return shorten(text, _LONGEST)
 
 
-ALLOWED = "a letter, then letters, digits and '_'"
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
-_SHOWN = 8
-
-
 def is_ros_name(name: str) -> bool:
     """Whether ROS allows a name in a topic: a letter, then letters, digits and underscores."""
     return _NAME.fullmatch(name) is not None
@@ -89,17 +97,6 @@ def ros_names_note(kind: str, names: Iterable[str]) -> list[str]:
 
 
 Loc = tuple[str | int, ...]
-
-_APPENDED = ("objects", "docks")
-"""Lists that a world adds to those of its base; any other list replaces the base's."""
-_REPLACED = ("task",)
-"""Mappings that take the place of the base's where they are of another type."""
-_OF_ROBOT = ("arguments", "thrusters", "components", "sensors")
-"""Keys that depend on `robot`: a file with another one takes none of them from its base."""
-_USUAL_ROBOT = "wamv"
-"""Robot of a file that names none."""
-DEEPEST = 40
-"""Levels of nesting that a file or a dict may have."""
 
 
 @dataclass(frozen=True)

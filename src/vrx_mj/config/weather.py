@@ -33,6 +33,10 @@ from vrx_mj.spectra import (
 
 _M2 = 44714.16
 """Period of the principal lunar tide [s]: 12 h 25 min 14 s."""
+_SPECTRA = tuple(SPECTRA)
+_REGULAR = tuple(REGULAR)
+GRAVITY = 9.81
+"""For the height at which waves break [m/s2]; a world's own is within 1 %."""
 
 
 class TideConfig(Config):
@@ -175,12 +179,6 @@ class WindageConfig(Config):
             text = f"more than the lateral area, {self.lateral_area:g} m2: got {self.isherwood.superstructure_area:g}"
             found.append((("isherwood", "superstructure_area"), text))
         return found
-
-
-_SPECTRA = tuple(SPECTRA)
-_REGULAR = tuple(REGULAR)
-GRAVITY = 9.81
-"""For the height at which waves break [m/s2]; a world's own is within 1 %."""
 
 
 class SpectrumTable(NamedTuple):

@@ -27,6 +27,16 @@ from vrx_mj.frames import Geodetic
 from vrx_mj.model.kinds import Degrees, Latitude, Longitude, Seed, Share
 from vrx_mj.spectra import REGULAR, SPECTRA, VRX_SEAS
 
+_NOTICED: list[str] = []
+"""The world that the notice of the default profile was of."""
+_MARINE_ONLY = "needs `physics: {profile: marine}`"
+_MARINE_WIND = (
+    "height", "exponent", "roughness", "spectrum", "components", "turning", "var_direction", "var_direction_time",
+)  # fmt: skip
+"""Keys of the wind that worlds of VRX's profiles cannot have."""
+FULL_TURN = 2 * math.pi
+"""Angle [rad] beyond which a pose was probably meant in degrees."""
+
 
 class MarkersConfig(Config):
     """An upright cylinder at every position, and a horizontal one ahead of it that points along the desired yaw."""
@@ -124,17 +134,6 @@ class SceneConfig(Config):
     """Whether the sun casts shadows."""
     fog: FogConfig | None = None
     """Fog; by default none."""
-
-
-_NOTICED: list[str] = []
-"""The world that the notice of the default profile was of."""
-_MARINE_ONLY = "needs `physics: {profile: marine}`"
-_MARINE_WIND = (
-    "height", "exponent", "roughness", "spectrum", "components", "turning", "var_direction", "var_direction_time",
-)  # fmt: skip
-"""Keys of the wind that worlds of VRX's profiles cannot have."""
-FULL_TURN = 2 * math.pi
-"""Angle [rad] beyond which a pose was probably meant in degrees."""
 
 
 class PhysicsConfig(Config):

@@ -42,6 +42,30 @@ _CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\uff
 _QUOTE_OR_COMMENT = re.compile(r"""(?:(?<=[\s\[{,:(])|^)["']|(?:(?<=\s)|^)#""")
 _DESCRIPTION = re.compile(r"""^(\s*(?:- +)*)(["']?)description\2\s*:(?=\s|$)""")
 _DESCRIPTION_INSIDE = re.compile(r"""(?<=[{,])\s*description\s*:\s*("[^"]*"|'[^']*'|[^,}]*)""")
+_MAX_BYTES = 4_000_000
+"""Longest file that is read."""
+_MAX_LINES = 200_000
+"""Most lines of a file."""
+_MAX_ODD = 1000
+"""Most odd characters of a file that are counted."""
+MAX_NODES = 60_000
+"""Most keys and values that are written in a file; reading one takes some 50 us."""
+_MAX_VALUES = 200_000
+"""Most values in a file, those that aliases repeat counted each time."""
+_INT = re.compile(r"[-+]?[0-9]+")
+_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+_SPECIAL: dict[str, Any] = {
+    "": None, "~": None, "null": None, "Null": None, "NULL": None,
+    "true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False,
+    ".nan": float("nan"), ".NaN": float("nan"), ".NAN": float("nan"),
+    ".inf": float("inf"), "-.inf": float("-inf"), "+.inf": float("inf"),
+}  # fmt: skip
+_AT_THE_START = ("found unexpected end of stream", "could not find expected ':'")
+"""How PyYAML's errors begin which are best placed where what they are about starts."""
+_DISPUTED = re.compile(r"[?%\t\ufeff]|[|>][-+0-9]*#")
+"""Texts that libyaml accepts and PyYAML may refuse: some '?', tabs, comments and directives without a space."""
+_NUMBERED = ("autopilot",)
+"""The section whose keys are numbers: those of channels."""
 
 
 def find_lookalikes(lines: Sequence[str], name: str = "", *, free_text: bool = True) -> Iterator[Problem]:
@@ -97,30 +121,6 @@ def _advice(character: str) -> str | None:
     quoted = f"'{plain}'" if plain != "'" else '"\'"'
     do = f"type {quoted}" if plain else _UNSEEN.get(unicodedata.category(character))
     return do and f"{unicodedata.name(character).lower()} U+{ord(character):04X}; {do}"
-
-
-_MAX_BYTES = 4_000_000
-"""Longest file that is read."""
-_MAX_LINES = 200_000
-"""Most lines of a file."""
-_MAX_ODD = 1000
-"""Most odd characters of a file that are counted."""
-MAX_NODES = 60_000
-"""Most keys and values that are written in a file; reading one takes some 50 us."""
-_MAX_VALUES = 200_000
-"""Most values in a file, those that aliases repeat counted each time."""
-
-_INT = re.compile(r"[-+]?[0-9]+")
-_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
-_SPECIAL: dict[str, Any] = {
-    "": None, "~": None, "null": None, "Null": None, "NULL": None,
-    "true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False,
-    ".nan": float("nan"), ".NaN": float("nan"), ".NAN": float("nan"),
-    ".inf": float("inf"), "-.inf": float("-inf"), "+.inf": float("inf"),
-}  # fmt: skip
-
-_AT_THE_START = ("found unexpected end of stream", "could not find expected ':'")
-"""How PyYAML's errors begin which are best placed where what they are about starts."""
 
 
 def read_lines(path: Path) -> tuple[str, ...]:
@@ -235,10 +235,6 @@ if yaml.__with_libyaml__:
             return super().compose_node(parent, index)
 
 
-_DISPUTED = re.compile(r"[?%\t\ufeff]|[|>][-+0-9]*#")
-"""Texts that libyaml accepts and PyYAML may refuse: some '?', tabs, comments and directives without a space."""
-
-
 def _compose(text: str) -> Node | None:
     """The nodes of a text, which are the same from both parsers wherever libyaml is asked and does not refuse it."""
     if yaml.__with_libyaml__ and not _DISPUTED.search(text):
@@ -318,10 +314,6 @@ class _Builder:
         else:
             self.problem(node, path, "a key must be a word, not a list or a mapping")
         return None
-
-
-_NUMBERED = ("autopilot",)
-"""The section whose keys are numbers: those of channels."""
 
 
 def _scalar(node: ScalarNode) -> object:

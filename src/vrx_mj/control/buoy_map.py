@@ -27,44 +27,52 @@ if TYPE_CHECKING:
     from vrx_mj.sensors.readings import Reading
 
 CELL = 0.5
-"""Side of the grid's cells [m]: returns in cells that touch, corners included, belong together."""
-_OWN = (-3.2, 3.2, 1.8)
-"""The boat itself: from stern to bow, and to either side [m], body frame."""
+"""Side of the grid's cells [m]: returns in cells that touch, corners included, are one group."""
+_HULL_BOX = (-3.2, 3.2, 1.8)
+"""x of the stern and of the bow, and largest |y| [m, body frame]: returns within are from the boat itself."""
 
-_SAME = 2.0
-"""What is seen within this distance [m] of where a buoy was is that buoy; some of VRX's fields have them 1 m apart."""
-_WIDEST = 1.4
-"""What is wider than this [m] is not a buoy but shore or dock."""
-_HIGHEST = 2.0
-"""What rises higher than this [m] is not a buoy either: VRX's reach up to 1 m, and waves lift them by another."""
-_SHARE = 0.4
-"""Weight of the last look in a buoy's place."""
-_SURE = 2
-"""Looks that a place needs, and votes that a colour needs."""
-FORGET = 12.0
-"""Time after which a buoy within `_CLEAR` that is not seen is forgotten [s]."""
-_CLEAR = 18.0
+_MATCH_RADIUS = 2.0
+"""A cluster within this distance [m] of a known buoy is that buoy; in some of VRX's fields they are 1 m apart."""
+_MAX_BUOY_WIDTH = 1.4
+"""Something wider than this [m] is shore or dock, not a buoy."""
+_MAX_BUOY_TOP = 2.0
+"""Something that rises higher than this [m] is not a buoy: VRX's reach 1 m, and waves lift them by another."""
+_LOOK_WEIGHT = 0.4
+"""Weight of the last look in the mean position of a buoy."""
+_MIN_LOOKS = 2
+"""Least number of looks that confirm a buoy, and of votes that confirm its colour."""
+FORGET_TIME = 12.0
+"""A buoy within `_CLEAR_RANGE` that was not seen for this time [s] is forgotten."""
+_CLEAR_RANGE = 18.0
 """Up to this distance [m] the lidar sees every buoy that nothing hides, though waves heave it between two rings."""
-_MARKER = 0.68
+_MARKER_HEIGHT = 0.68
 """A buoy that rises out of the water higher than this [m], and higher than it is wide, is a marker, not a ball."""
-_SEASONED = 6
-"""What was seen so often is not forgotten: hidden behind another, or far off, it is still there."""
-_PERIOD = 1.0
-"""Between two looks [s]."""
-_REACH = 75.0
-"""How far the lidar's returns are taken [m]."""
-_SHORE = 3.0
-"""What is nearer than this [m] to something wide is taken for a part of it: a stone of the shore, not a buoy."""
-_NEAREST, _FARTHEST = 6.0, 45.0
+_LASTING_LOOKS = 6
+"""A buoy seen in this many looks is never forgotten: it may be hidden by another, or far off."""
+_LOOK_PERIOD = 1.0
+"""Time between two looks [s]."""
+_LIDAR_RANGE = 75.0
+"""Lidar returns from further off than this [m] are not used."""
+_SHORE_GAP = 3.0
+"""Something narrow within this distance [m] of something wide is a stone of the shore, not a buoy."""
+_MIN_LOOK_DISTANCE, _MAX_LOOK_DISTANCE = 6.0, 45.0
 """Least and largest distance at which a buoy is looked at through the camera [m]."""
-_ENOUGH = 4
-"""Votes that settle a kind."""
-_PLAIN = 25.0
-"""What was looked at from nearer than this [m] and not recognized counts; further off a wave may hide it."""
-_WINDOW = (1.4, 2.4)
-"""What of a picture is looked at [m]: wide enough for a marker, and high enough wherever the lidar hit it."""
-_FIELD = 0.62
+_KIND_VOTES = 4
+"""Votes for a kind after which the camera looks at a buoy no more."""
+_PLAIN_VIEW_DISTANCE = 25.0
+"""Only looks from nearer than this [m] count as looks without a kind; further off a wave may hide the buoy."""
+_WINDOW_SIZE = (1.4, 2.4)
+"""Width and height [m] of the part of a picture that is examined: a marker fits in wherever the lidar hit it."""
+_HALF_FIELD = 0.62
 """Half the angle [rad] in which a buoy is well inside the picture: VRX's camera sees 0.7 to either side."""
+_MIN_CONTRAST = 40.0
+"""Least difference from the background of a pixel of a thing: sum over red, green and blue, of 0 to 255 each."""
+_MIN_SATURATION = 0.22
+"""Least difference between the brightest and the darkest channel of a coloured pixel, as a share of the brightest."""
+_MIN_BLUE_SATURATION = 0.45
+"""Least saturation of a blue pixel: that of water is 0.1 to 0.3."""
+_ORANGE_RATIO = 0.13
+"""Orange is red with at least this (green - blue) / (red - blue): VRX's red buoys have 0, its orange ones 0.19."""
 
 
 class Cluster(NamedTuple):
@@ -96,7 +104,7 @@ def level_points(
     """
     position, rotation = mount
     seen = np.asarray(points, np.float64) @ rotation.T + position
-    stern, bow, side = _OWN
+    stern, bow, side = _HULL_BOX
     own = (seen[:, 0] > stern) & (seen[:, 0] < bow) & (np.abs(seen[:, 1]) < side)
     near = np.hypot(seen[:, 0], seen[:, 1]) < reach
     level: FloatArray = seen[near & ~own] @ attitude.T
@@ -213,7 +221,7 @@ class Buoy(Place):
             return ""
         (kind, count), *rest = self.votes.most_common(2)
         ahead = count - (rest[0][1] if rest else 0)
-        return kind if count >= _SURE and ahead > 0 else ""
+        return kind if count >= _MIN_LOOKS and ahead > 0 else ""
 
 
 class BuoyMap:
@@ -225,7 +233,7 @@ class BuoyMap:
     @property
     def sure(self) -> list[Buoy]:
         """Return the buoys that were seen often enough to be there."""
-        return [buoy for buoy in self.buoys if buoy.seen >= _SURE]
+        return [buoy for buoy in self.buoys if buoy.seen >= _MIN_LOOKS]
 
     def of(self, *kinds: str) -> list[Buoy]:
         """Return the sure buoys of some kinds."""
@@ -234,32 +242,32 @@ class BuoyMap:
     def see(self, here: Point, found: Iterable[Cluster], time: float) -> None:
         """Take the clusters of one look from `here` [m]; their places are relative to it."""
         for cluster in found:
-            if cluster.extent < _WIDEST and cluster.top < _HIGHEST:
+            if cluster.extent < _MAX_BUOY_WIDTH and cluster.top < _MAX_BUOY_TOP:
                 self._see(here[0] + cluster.x, here[1] + cluster.y, (cluster.bottom + cluster.top) / 2.0, time)
         self.buoys = [buoy for buoy in self.buoys if not self._is_gone(buoy, here, time)]
 
     def _see(self, x: float, y: float, z: float, time: float) -> None:
         known = nearest(self.buoys, (x, y))
-        if known is None or math.dist(known.place, (x, y)) > _SAME:
+        if known is None or math.dist(known.place, (x, y)) > _MATCH_RADIUS:
             self.buoys.append(Buoy(x, y, z, last=time))
             return
         if known.last != time:
             known.seen += 1
-            known.x += _SHARE * (x - known.x)
-            known.y += _SHARE * (y - known.y)
+            known.x += _LOOK_WEIGHT * (x - known.x)
+            known.y += _LOOK_WEIGHT * (y - known.y)
             known.z, known.last = z, time
 
     @staticmethod
     def _is_gone(buoy: Buoy, here: Point, time: float) -> bool:
         unseen = time - buoy.last
-        clear = math.dist(buoy.place, here) < _CLEAR and buoy.seen < _SEASONED
-        return unseen > FORGET and (buoy.seen < _SURE or clear)
+        clear = math.dist(buoy.place, here) < _CLEAR_RANGE and buoy.seen < _LASTING_LOOKS
+        return unseen > FORGET_TIME and (buoy.seen < _MIN_LOOKS or clear)
 
 
 class Lookout:
     """Keeps a map of the buoys around a boat, in the local frame of its navigation."""
 
-    def __init__(self, *, period: float = _PERIOD) -> None:
+    def __init__(self, *, period: float = _LOOK_PERIOD) -> None:
         self.map = BuoyMap()
         self.banks: list[Point] = []
         """Where something wide is near by [m], as a shore."""
@@ -267,10 +275,10 @@ class Lookout:
 
     def look(self, now: Moment, *, colors: bool = True) -> bool:
         """Look, if it is time to, and for `colors`, too, if they matter; returns whether it was."""
-        points = lidar_points(now, self._pause, self._period, reach=_REACH)
+        points = lidar_points(now, self._pause, self._period, reach=_LIDAR_RANGE)
         if points is None:
             return False
-        free, wide = standing_free(points, widest=_WIDEST, apart=_SHORE)
+        free, wide = standing_free(points, widest=_MAX_BUOY_WIDTH, apart=_SHORE_GAP)
         self.map.see(now.seen.place, free, now.t)
         self.banks = banks(wide, now.seen.place)
         if colors:
@@ -292,8 +300,8 @@ class Lookout:
             if where is None:
                 continue
             column, row, ahead = where
-            buoy.looks += ahead < _PLAIN
-            look = look_at(reading.data.rgb, column, row, float(matrix[0, 0]) / ahead, size=_WINDOW)
+            buoy.looks += ahead < _PLAIN_VIEW_DISTANCE
+            look = look_at(reading.data.rgb, column, row, float(matrix[0, 0]) / ahead, size=_WINDOW_SIZE)
             kind = kind_of(look) if look else ""
             if kind:
                 buoy.votes[kind] += 1
@@ -301,19 +309,9 @@ class Lookout:
     @staticmethod
     def _is_worth_a_look(buoy: Buoy, seen: Estimate) -> bool:
         distance, bearing = seen.to(buoy.x, buoy.y)
-        settled = bool(buoy.kind) and max(buoy.votes.values()) >= _ENOUGH
-        ahead = abs(math.remainder(bearing - seen.heading, math.tau)) < _FIELD
-        return not settled and ahead and _NEAREST < distance < _FARTHEST
-
-
-_CONTRAST = 40.0
-"""Sum over red, green and blue [of 255 each] by which a pixel of a thing differs from the background."""
-_LEAN = 0.22
-"""Share of the brightest channel by which one colour must lead."""
-_DEEP = 0.45
-"""Least saturation of blue, of which water has 0.1 to 0.3."""
-_ORANGE = 0.13
-"""Green over blue, as a share of red over blue, from which red is orange: 0 of VRX's red buoys, 0.19 of its orange."""
+        settled = bool(buoy.kind) and max(buoy.votes.values()) >= _KIND_VOTES
+        ahead = abs(math.remainder(bearing - seen.heading, math.tau)) < _HALF_FIELD
+        return not settled and ahead and _MIN_LOOK_DISTANCE < distance < _MAX_LOOK_DISTANCE
 
 
 def camera_ahead(boat: "BoatObservation") -> str | None:
@@ -405,7 +403,7 @@ def look_at(
     sides = np.concatenate([window[:, :2], window[:, -2:]], axis=1)
     background = np.median(sides, axis=1)[:, None, :]  # row by row: the horizon and the shore lie level
     off = window - background
-    mask = middle_part(np.abs(off).sum(axis=2) > _CONTRAST)
+    mask = middle_part(np.abs(off).sum(axis=2) > _MIN_CONTRAST)
     if mask.sum() < 4 or mask[0].any() or mask[-1].any():
         return None
     rows, columns = np.nonzero(mask.any(axis=1))[0], np.nonzero(mask.any(axis=0))[0]
@@ -432,15 +430,15 @@ def _hue(pixel: FloatArray) -> str:
     """Colour of a pixel, or nothing if it has none."""
     red, green, blue = (float(value) for value in pixel)
     least, most = min(red, green, blue), max(red, green, blue)
-    if most - least < _LEAN * most or most < 25.0:
+    if most - least < _MIN_SATURATION * most or most < 25.0:
         return ""
     if red == most:
         if green - blue > 0.6 * (red - blue):
             return "yellow"
-        return "orange" if green - blue > _ORANGE * (red - blue) else "red"
+        return "orange" if green - blue > _ORANGE_RATIO * (red - blue) else "red"
     if green == most:
         return "yellow" if red - blue > 0.6 * (green - blue) else "green"
-    return "blue" if blue - max(red, green) > _DEEP * blue else ""
+    return "blue" if blue - max(red, green) > _MIN_BLUE_SATURATION * blue else ""
 
 
 def middle_part(mask: BoolArray) -> BoolArray:
@@ -470,6 +468,6 @@ def kind_of(look: Look) -> str:
     """The kind of buoy that something looks like; empty if it looks like none."""
     if not 0.15 < look.width < 1.35 or not 0.15 < look.height < 1.5:
         return ""
-    if look.height < max(_MARKER, 1.1 * look.width):
+    if look.height < max(_MARKER_HEIGHT, 1.1 * look.width):
         return "ball" if look.color in ("black", "orange", "blue") else ""
     return "ball" if look.color == "orange" else look.color

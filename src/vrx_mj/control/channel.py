@@ -11,56 +11,57 @@ from vrx_mj.control.guidance import wrap_angle
 from vrx_mj.control.navigation import Point, beside, direction_to, in_axes, nearest
 from vrx_mj.control.pilot import Commands, Moment, Skipper
 
-_NARROWEST, _WIDEST = 5.0, 32.0
-"""Widths of gates [m]: VRX's are 8 to 29."""
-_TURNING = 8.0
-"""Metres of way that a radian of turning is worth, in choosing the next gate."""
-_FARTHEST = 75.0
-"""A next gate is not further off than this [m]: VRX's are 19 to 72."""
+_MIN_GATE_WIDTH, _MAX_GATE_WIDTH = 5.0, 32.0
+"""Least and largest width of a gate [m]: VRX's are 8 to 29 m wide."""
+_TURN_COST = 8.0
+"""Distance [m] that counts as much as one radian of turning in the choice of the next gate."""
+_MAX_GATE_DISTANCE = 75.0
+"""Largest distance from one gate to the next [m]: VRX's are 19 to 72."""
 
-_CRUISE = 0.9
-"""Speed, as a share of the top speed: what is left is for wind and turning."""
-_FASTEST = 3.0
-"""Speed at most [m/s]: at two looks a second a buoy comes 1.5 m nearer between them."""
-_BERTH = 2.7
-"""How far from a buoy's middle to pass [m]: 1.2 half the beam, 0.35 the buoy, and 1.1 for waves and gusts."""
-_OFF_BANK = 3.5
-"""How far to keep from a shore [m]."""
-_REACH = 16.0
-"""Distance from which the boat steers clear of a buoy [m]: time for a turn of 60 degrees at 2 m/s."""
+_CRUISING_SHARE = 0.9
+"""Cruising speed as a share of the top speed: the rest is left for wind and turning."""
+_MAX_SPEED = 3.0
+"""Largest speed [m/s]: at two looks a second a buoy comes 1.5 m nearer between them."""
+_BUOY_CLEARANCE = 2.7
+"""Distance to keep from a buoy's middle [m]: 1.2 for half the beam, 0.35 for the buoy, 1.1 for waves and gusts."""
+_BANK_CLEARANCE = 3.5
+"""Distance to keep from a shore [m]."""
+_AVOIDANCE_RANGE = 16.0
+"""Distance from which the boat avoids a buoy [m]: time for a turn of 60 degrees at 2 m/s."""
 _RUN_UP = 9.0
-"""How far before a gate to be lined up with it [m]."""
+"""Distance before a gate at which the boat lines up with it [m]."""
 _RUN_OUT = 7.0
-"""How far behind it to steer for [m]: the crossing counts for the boat's origin."""
-_STEEPEST = 1.2
-"""Who heads for the point behind the gate at a steeper slope to its course than this lines up first."""
-_AT_GOAL = 4.0
-"""Nearer than this to the black box [m] the boat holds its place there, whatever lies beside."""
-_OLD = 4.0
-"""A buoy within this distance [m] of one of a gate that was crossed is that one; they drift."""
-_SWEEP = 0.55
-"""How far ahead of the heading [rad] the wanted one is kept in looking around: the boat turns at 0.6 rad/s."""
+"""Distance behind a gate of the point that the boat steers for [m]: the crossing counts for the boat's origin."""
+_MAX_ENTRY_SLOPE = 1.2
+"""Largest slope, to the gate's course, of the line to the point behind it; above, the boat lines up first."""
+_GOAL_RADIUS = 4.0
+"""Within this distance of the black box [m] the boat holds its position, whatever lies beside it."""
+_MATCH_RADIUS = 4.0
+"""A buoy, or a gate's middle, within this distance [m] of a known one is the same: buoys drift."""
+_LOOK_AROUND_LEAD = 0.55
+"""Angle [rad] by which the commanded heading leads while the boat looks around: it then turns at 0.6 rad/s."""
 _ENTRY_TIME = 14.0
-"""How long the entry, a gate with a white buoy, is waited for, before any gate will do [s]: a turn takes 11 s."""
+"""Time for which only a gate with a white buoy, the entry, is taken for the first [s]: a whole turn takes 11 s."""
 _GATE_PATIENCE = 75.0
-"""How long a gate is tried for [s]: the longest way to one is 70 m, and around it 30 m."""
-_DOUBT = 30.0
-"""How long after a gate others may be looked for that lie nearer than the next one known [s]."""
-_SIGHT = 70.0
-"""Distance within which the boat goes to buoys of unknown kind [m]."""
-_LOOK_FROM = 14.0
-"""Distance at which they are looked at [m]: there a buoy is 40 pixels high."""
-_TRIED = 12.0
-"""Time spent on trying to see one of them better [s]."""
-_ON_THE_WAY = 0.2
-"""Share of the time on the way there that counts as trying: something may bar the way."""
-_TRIED_HALF = 40.0
-"""Time spent on looking around from near a buoy for its partner [s]."""
-_READABLE = 8
-"""After so many pictures without a colour no more are asked for."""
-_EXIT = ("blue", "black")
-"""Partners of the last gate's red buoy."""
-_PARTNERS = ("green", "white", *_EXIT)
+"""Longest time spent on one gate [s]: the longest way to one is 70 m, and around it 30 m."""
+_DOUBT_TIME = 30.0
+"""Time after a gate in which the boat inspects buoys that lie nearer than the next known gate [s]."""
+_INSPECTION_RANGE = 70.0
+"""Largest distance of a buoy of unknown kind that the boat goes to [m]."""
+_INSPECTION_DISTANCE = 14.0
+"""Distance at which the boat looks at it [m]: a buoy is 40 pixels high there."""
+_LOOK_TIME = 12.0
+"""Longest time spent on the inspection of one buoy [s]."""
+_APPROACH_WEIGHT = 0.2
+"""Weight in that time of the way to the buoy: something may block it."""
+_PARTNER_TIME = 40.0
+"""Longest time spent near a buoy on the search for its partner [s]."""
+_MAX_LOOKS = 8
+"""Pictures without a colour after which a buoy is not inspected again."""
+_EXIT_COLORS = ("blue", "black")
+"""Colours of the partner of the last gate's red buoy."""
+_PARTNER_COLORS = ("green", "white", *_EXIT_COLORS)
+"""Colours of the partners of red buoys."""
 
 
 class Gate(NamedTuple):
@@ -99,7 +100,7 @@ def pair_buoys(reds: Sequence[Point], partners: Sequence[Point]) -> list[Gate]:
     while True:
         found = _mutual(left, free)
         if not found:
-            return [gate for gate in gates if _NARROWEST < gate.width < _WIDEST]
+            return [gate for gate in gates if _MIN_GATE_WIDTH < gate.width < _MAX_GATE_WIDTH]
         gates += found
         left = [red for red in left if all(red != gate.red for gate in found)]
         free = [other for other in free if all(other != gate.partner for gate in found)]
@@ -123,9 +124,9 @@ def next_gate(here: Point, course: float | None, gates: Iterable[Gate]) -> Gate 
         turns = abs(wrap_angle(gate.course - bearing))
         if course is not None:
             turns += abs(wrap_angle(bearing - course))
-        return math.dist(here, gate.middle) + _TURNING * turns
+        return math.dist(here, gate.middle) + _TURN_COST * turns
 
-    near = [gate for gate in gates if math.dist(here, gate.middle) < _FARTHEST]
+    near = [gate for gate in gates if math.dist(here, gate.middle) < _MAX_GATE_DISTANCE]
     return min(near, key=effort, default=None)
 
 
@@ -205,7 +206,7 @@ class Channel(Skipper):
         if self._gate is None:
             return self._search(now)
         gate = self._gate
-        if math.dist(gate.middle, self._aim[0]) > _OLD:
+        if math.dist(gate.middle, self._aim[0]) > _MATCH_RADIUS:
             self._aim = gate.middle, t
         elif t - self._aim[1] > _GATE_PATIENCE:
             self._done.append(gate)
@@ -229,39 +230,39 @@ class Channel(Skipper):
 
     def _doubtful(self, gate: Gate, last: Gate, t: float) -> bool:
         """Whether something unknown lies nearer to the last gate than the next one does: that may be another."""
-        if self._chart is not None or t - self._since > _DOUBT:
+        if self._chart is not None or t - self._since > _DOUBT_TIME:
             return False
         nearer = math.dist(last.middle, gate.middle) - 4.0
         return bool(self._strange(last.middle, nearer) or self._half(last.middle, nearer))
 
-    def _half(self, here: Point, within: float = _SIGHT) -> Buoy | None:
+    def _half(self, here: Point, within: float = _INSPECTION_RANGE) -> Buoy | None:
         """The nearest buoy, `within` a distance [m], that needs a partner: a red one, or the white one of the entry."""
         paired_up = {place for gate in self._known_gates() for place in (gate.red, gate.partner)}
         halves = self.lookout.map.of("red", *(() if self._done else ("white",)))
         halves = [buoy for buoy in halves if self._new(buoy.place) and buoy.place not in paired_up]
-        return nearest((b for b in halves if b.tried < _TRIED_HALF and math.dist(b.place, here) < within), here)
+        return nearest((b for b in halves if b.tried < _PARTNER_TIME and math.dist(b.place, here) < within), here)
 
     def _known_gates(self) -> list[Gate]:
         """The gates that are not crossed yet, as far as they are known."""
         if self._chart is not None:
             places = self.navigator.place
             return [gate_of(places(red), places(other)) for red, other in self._chart[len(self._done) :][:1]]
-        kinds = ("red",), _PARTNERS
+        kinds = ("red",), _PARTNER_COLORS
         return pair_buoys(*([b.place for b in self.lookout.map.of(*kind) if self._new(b.place)] for kind in kinds))
 
     def _new(self, place: Point) -> bool:
         """Whether a buoy is of no gate that was crossed."""
-        return all(math.dist(place, old) > _OLD for gate in self._done for old in (gate.red, gate.partner))
+        return all(math.dist(place, old) > _MATCH_RADIUS for gate in self._done for old in (gate.red, gate.partner))
 
     # How to go
 
     def _cross(self, gate: Gate, now: Moment) -> Commands:
         """Line up with a gate and go through."""
         buoys = [buoy.place for buoy in self.lookout.map.buoys]
-        middle, room = opening(gate, buoys, _BERTH)
+        middle, room = opening(gate, buoys, _BUOY_CLEARANCE)
         along, across = gate._replace(middle=middle).offset(now.seen.place)
         slope = abs(across) / (_RUN_OUT - along) if along < -0.5 else math.inf
-        lined_up = slope < _STEEPEST and slope * _RUN_OUT < max(0.5, room - _BERTH)
+        lined_up = slope < _MAX_ENTRY_SLOPE and slope * _RUN_OUT < max(0.5, room - _BUOY_CLEARANCE)
         ahead = _RUN_OUT if lined_up else -_RUN_UP
         walls = [point for other in self._known_gates() if other != gate for point in wall(other)]
         if along > -1.5 and not lined_up:
@@ -272,7 +273,7 @@ class Channel(Skipper):
         """See whether a gate was crossed, whichever; they are known again by their middles, as buoys drift."""
         sides = []
         for gate in self._known_gates():
-            before = next((side for middle, side in self._sides if math.dist(middle, gate.middle) < _OLD), "")
+            before = next((side for middle, side in self._sides if math.dist(middle, gate.middle) < _MATCH_RADIUS), "")
             side = side_of(gate, now.seen.place)
             if before == "before" and side == "after":
                 self._done.append(gate)
@@ -285,10 +286,10 @@ class Channel(Skipper):
         """Commands toward a place [m], clear of buoys and walls, at a share of the cruising speed."""
         distance, bearing = now.seen.to(*place)
         buoys = [buoy.place for buoy in self.lookout.map.buoys if math.dist(buoy.place, place) > 1.0]
-        discs = [(point, _BERTH) for point in (*buoys, *walls)]
-        discs += [(bank, _OFF_BANK) for bank in self.lookout.banks]
-        reach = min(_REACH, distance + _BERTH)
-        speed = share * min(_CRUISE * self.pilot.top_speed, _FASTEST)
+        discs = [(point, _BUOY_CLEARANCE) for point in (*buoys, *walls)]
+        discs += [(bank, _BANK_CLEARANCE) for bank in self.lookout.banks]
+        reach = min(_AVOIDANCE_RANGE, distance + _BUOY_CLEARANCE)
+        speed = share * min(_CRUISING_SHARE * self.pilot.top_speed, _MAX_SPEED)
         return self.sail_clear(now, bearing, discs, reach=reach, speed=speed, least=0.12)
 
     # Where nothing is known
@@ -297,14 +298,14 @@ class Channel(Skipper):
         """Go to see what is not known yet, first about a buoy without a partner; else where nobody was."""
         seen, t = now.seen, now.t
         half = self._half(seen.place)
-        strange = self._strange(half.place, _WIDEST) if half else self._strange(seen.place)
+        strange = self._strange(half.place, _MAX_GATE_WIDTH) if half else self._strange(seen.place)
         buoy, walls = strange or half, [point for gate in self._known_gates() for point in wall(gate)]
         if buoy is None:
             return self.go(now, self._roam(t).next(seen, t), walls, share=0.7)
         distance, bearing = seen.to(*buoy.place)
-        buoy.tried += min(1.0, t - self._then) * (1.0 if distance < _LOOK_FROM else _ON_THE_WAY)
+        buoy.tried += min(1.0, t - self._then) * (1.0 if distance < _INSPECTION_DISTANCE else _APPROACH_WEIGHT)
         self._then = t
-        if distance > _LOOK_FROM:
+        if distance > _INSPECTION_DISTANCE:
             return self.go(now, buoy.place, walls, share=0.7)
         return self.stop(now, bearing) if strange else self._look_around(now)
 
@@ -316,10 +317,10 @@ class Channel(Skipper):
             self._searched = len(self._done), Roam(place, course, t)
         return self._searched[1]
 
-    def _strange(self, here: Point, within: float = _SIGHT) -> Buoy | None:
+    def _strange(self, here: Point, within: float = _INSPECTION_RANGE) -> Buoy | None:
         """The nearest buoy of unknown kind, `within` a distance [m], that is not given up and may be of the course."""
         unknown = [buoy for buoy in self.lookout.map.sure if not buoy.kind]
-        known = (buoy for buoy in unknown if buoy.looks < _READABLE and buoy.tried < _TRIED and buoy.seen > 3)
+        known = (buoy for buoy in unknown if buoy.looks < _MAX_LOOKS and buoy.tried < _LOOK_TIME and buoy.seen > 3)
         known = (buoy for buoy in known if self._new(buoy.place) and self._may_be_course(buoy.place))
         unsure = [buoy.place for buoy in unknown]
         near = (buoy for buoy in known if math.dist(buoy.place, here) < within and not in_a_row(buoy.place, unsure))
@@ -332,7 +333,7 @@ class Channel(Skipper):
 
     def _look_around(self, now: Moment) -> Commands:
         """Turn on the spot."""
-        return self.stop(now, now.seen.heading + _SWEEP)
+        return self.stop(now, now.seen.heading + _LOOK_AROUND_LEAD)
 
 
 class Gymkhana(Channel):
@@ -345,7 +346,7 @@ class Gymkhana(Channel):
             return super().steer(now)
         place = self.navigator.place(task["goal"])
         distance, _ = seen.to(*place)
-        if distance < _AT_GOAL:
+        if distance < _GOAL_RADIUS:
             return self.pilot.hold(seen, t, *place, seen.heading)
         self.lookout.look(now, colors=False)
         return self.go(now, place)

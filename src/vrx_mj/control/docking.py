@@ -14,57 +14,57 @@ if TYPE_CHECKING:
     from vrx_mj.runtime.task_runner import TaskObservation
 
 BERTH = 4.9
-"""How far before the placard to stay [m]: the middle of the zones of 2018, well inside of those of 2022 and 2023."""
+"""Distance before the placard to stay at [m]: the middle of the zones of 2018, well inside those of 2022 and 2023."""
 LINE_UP = 15.0
-"""How far before it to line up [m]: outside of the zone that is backed out through, which ends at 10.8."""
-_CLEAR = 12.5
-"""Further than this before it [m], and in line within 2 m, a boat may as well begin to go in."""
+"""Distance before the placard to line up at [m]: outside the zone to back out through, which ends at 10.8."""
+_ENTRY_DISTANCE = 12.5
+"""Beyond this distance before the placard [m], a boat within 2 m of the axis may begin to enter."""
 COMMIT = 9.0
-"""Nearer than this [m] the boat goes on in; before, it waits until it is in line: the fingers end at 8.5."""
-_IN_LINE = (0.35, 0.10)
-"""How far off the bay's axis [m] and heading [rad] the boat may be to go in: the bay leaves 0.78 m to either side."""
-SLOW = 0.8
-"""Speed into and out of the bay [m/s]: it stops within half a metre."""
+"""Within this distance [m] the boat goes on in; before, it waits until it is in line: the fingers end at 8.5."""
+_ENTRY_TOLERANCE = (0.35, 0.10)
+"""Largest distance from the bay's axis [m] and error of heading [rad] to enter: the bay leaves 0.78 m on each side."""
+BAY_SPEED = 0.8
+"""Speed into and out of the bay [m/s]: the boat stops within half a metre."""
 _AXIS_RATE = 0.7
-"""How fast an error along the bay's axis or across it dies [1/s], as the pilot's rate for a position."""
-_CRUISE = 2.6
-"""Speed on the way [m/s]."""
-STAY = 11.5
-"""How long to stay [s]: 10 are asked for, from when the boat is inside."""
-_KEEP_OFF = 7.0
-"""How far to keep from either side of a placard on the way [m]: the bays are 6 m long."""
-_OFF_BANK = 3.5
-"""How far to keep from whatever the lidar sees [m]."""
-_REACH = 16.0
-"""Distance from which the boat steers clear of that [m]."""
+"""Rate at which errors along and across the bay's axis decay [1/s]: the pilot's rate for a position."""
+_CRUISING_SPEED = 2.6
+"""Speed outside the bay [m/s]."""
+STAY_TIME = 11.5
+"""Time to stay in the bay [s]: the task asks for 10, from when the boat is inside."""
+_FINGER_CLEARANCE = 7.0
+"""Distance to keep from both sides of a placard outside the bay [m]: the bays are 6 m long."""
+_OBSTACLE_CLEARANCE = 3.5
+"""Distance to keep from everything that the lidar sees [m]."""
+_AVOIDANCE_RANGE = 16.0
+"""Distance from which the boat avoids obstacles [m]."""
 _FACE_PATIENCE = 40.0
-"""How long to try to read what may be a placard, once within `_NEAR` [s]."""
-_NEAR = 40.0
-"""[m]"""
+"""Longest time spent within `_READING_RANGE` on reading one placard [s]."""
+_READING_RANGE = 40.0
+"""Distance within which that time counts [m]."""
 _LAMP_RANGE = 32.0
-"""Distance from which the lights are read [m]: there a lamp is 5 pixels wide."""
+"""Distance from which the lights are read [m]: a lamp is 5 pixels wide there."""
 _TOWER_PATIENCE = 70.0
-"""How long to try for a tower that may be the light buoy [s]."""
-_TOWER_REACH = 180.0
-"""Towers that were not seen lit are gone to up to this distance from the start [m]."""
-_LIGHTS_UNTIL = 130.0
-"""How long the lights are looked for [s since the task runs]; then the bay comes first, which may take as long."""
-_TO_DOCK = 75.0
-"""How long it takes to line up, go in, stay and back out, in waves and wind [s]."""
-_MADE_GOOD = 1.5
-"""Speed made good on the way to a bay [m/s]."""
-_ASIDE = 1.3
-"""Who is further than this from the axis [m] inside of `COMMIT` is not in the bay: out, and once more."""
-_STUCK, _MOVED = 9.0, 1.5
-"""Who wants to go somewhere and did not get that far [m] in so long [s] is aground, or caught."""
-_BACK_OFF = 6.0
-"""How long to go astern then [s]."""
-_AGROUND = 4.0
-"""How far ahead of the boat's origin what it is stuck on is taken to lie [m]."""
-_LOOK_AROUND = 13.0
-"""How long to look around at first [s], until a lit tower is seen: a whole turn."""
-_TURNING = 0.45
-"""How far ahead of the heading [rad] the wanted one is kept in looking around: the boat turns at 0.5 rad/s."""
+"""Longest time spent on one tower that may be the light buoy [s]."""
+_TOWER_RANGE = 180.0
+"""Largest distance from the start at which an unlit tower is inspected [m]."""
+_LIGHTS_TIME = 130.0
+"""Time since the start of the task after which the bay comes before the lights [s]: docking may take as long."""
+_DOCKING_TIME = 75.0
+"""Time to line up, go in, stay and back out, in waves and wind [s]."""
+_MEAN_SPEED = 1.5
+"""Mean speed on the way to a bay [m/s]."""
+_MAX_AXIS_OFFSET = 1.3
+"""A boat within `COMMIT` that is further from the axis than this [m] missed the bay: it backs out and tries again."""
+_STUCK_TIME, _STUCK_DISTANCE = 9.0, 1.5
+"""A boat that did not get this far [m] in this time [s] is aground or caught."""
+_ASTERN_TIME = 6.0
+"""Time to go astern after that [s]."""
+_OBSTRUCTION_DISTANCE = 4.0
+"""Assumed distance ahead of the boat's origin of what it is stuck on [m]."""
+_LOOK_AROUND_TIME = 13.0
+"""Time to look around at the start, until a lit tower is seen [s]: a whole turn."""
+_LOOK_AROUND_LEAD = 0.45
+"""Angle [rad] by which the commanded heading leads while the boat looks around: it then turns at 0.5 rad/s."""
 _SHAPES = {"red": "circle", "green": "triangle", "blue": "cross", "yellow": "rectangle"}
 """Shape of the right placard by the third colour of the lights; the first one is its colour (the organisers' rule)."""
 
@@ -113,10 +113,10 @@ class Docking(Skipper):
         """Read the lights, if the task asks for that, then find the bay."""
         assert self._roam is not None, "before the task runs"
         right, resort, running = self._right_bay(now.task), self._last_resort(now), now.t - self._started
-        time_for_lights = running < _LIGHTS_UNTIL or (right is not None and resort is None)  # the bay can wait
+        time_for_lights = running < _LIGHTS_TIME or (right is not None and resort is None)  # the bay can wait
         if now.task.get("color_sequence_open") and time_for_lights:
             tower = self._tower(now.seen)
-            if running < _LOOK_AROUND and not (tower and tower.lit):
+            if running < _LOOK_AROUND_TIME and not (tower and tower.lit):
                 return self._turn(now)
             if tower is not None:
                 return self._scan(now, tower)
@@ -138,7 +138,7 @@ class Docking(Skipper):
         best = min((face for face in self.lookout.faces if face.symbol), key=worth, default=None)
         if best is None:
             return None
-        needed = _TO_DOCK + seen.to(*best.ahead(LINE_UP))[0] / _MADE_GOOD
+        needed = _DOCKING_TIME + seen.to(*best.ahead(LINE_UP))[0] / _MEAN_SPEED
         return best if now.task.get("remaining_time", math.inf) < needed else None
 
     def _tower(self, seen: Estimate) -> Tower | None:
@@ -149,7 +149,7 @@ class Docking(Skipper):
         known = [
             tower
             for tower in towers
-            if tower.lit or (may_be_course(tower.place, _TOWER_REACH) and not in_a_row(tower.place, places))
+            if tower.lit or (may_be_course(tower.place, _TOWER_RANGE) and not in_a_row(tower.place, places))
         ]
         return min(known, key=lambda tower: (not tower.lit, tower.far(seen)), default=None)
 
@@ -188,7 +188,7 @@ class Docking(Skipper):
             return self._go(now, self._roam.next(seen, t))
         face, place = view
         distance, _ = seen.to(*place)
-        if distance < _NEAR and t - self._then < 1.0:
+        if distance < _READING_RANGE and t - self._then < 1.0:
             face.tried += t - self._then
         self._then = t
         return self._go(now, place) if distance > 3.0 else self.stop(now, seen.to(*face.place)[1])
@@ -212,14 +212,14 @@ class Docking(Skipper):
         ahead, left = self._bay.offset(*now.seen.place)
         if self._stage == "line up":
             place = self._bay.ahead(LINE_UP)
-            if now.seen.to(*place)[0] > 3.0 and not (ahead > _CLEAR and abs(left) < 2.0):
+            if now.seen.to(*place)[0] > 3.0 and not (ahead > _ENTRY_DISTANCE and abs(left) < 2.0):
                 return self._go(now, place)
             self._stage = "in"
-        if self._stage == "in" and ahead < COMMIT and abs(left) > _ASIDE:
+        if self._stage == "in" and ahead < COMMIT and abs(left) > _MAX_AXIS_OFFSET:
             self._stage = "out"
         if self._stage == "in" and abs(ahead - BERTH) < 0.5:
             self._stage, self._since = "stay", now.t
-        if self._stage == "stay" and now.t - self._since > STAY:
+        if self._stage == "stay" and now.t - self._since > STAY_TIME:
             self._stage = "out"
         if self._stage == "out" and ahead > LINE_UP - 1.0:  # the points would have come on the way
             self._stage = "line up"
@@ -229,37 +229,39 @@ class Docking(Skipper):
         """Move along the bay's axis to a distance [m] before the placard, the bow toward it."""
         heading = wrap_angle(bay.facing + math.pi)
         ahead, left = bay.offset(*now.seen.place)
-        wide = abs(left) > _IN_LINE[0] or abs(wrap_angle(heading - now.seen.heading)) > _IN_LINE[1]
+        wide = abs(left) > _ENTRY_TOLERANCE[0] or abs(wrap_angle(heading - now.seen.heading)) > _ENTRY_TOLERANCE[1]
         if to < ahead and ahead > COMMIT and wide:
             to = max(to, min(ahead, LINE_UP - 3.0))
-        velocity = from_axes(bay.facing, clamp(_AXIS_RATE * (to - ahead), SLOW), clamp(-_AXIS_RATE * left, SLOW))
+        velocity = from_axes(
+            bay.facing, clamp(_AXIS_RATE * (to - ahead), BAY_SPEED), clamp(-_AXIS_RATE * left, BAY_SPEED)
+        )
         return self.pilot.sail(now.seen, now.t, *velocity, heading)
 
     # How to go
 
     def _turn(self, now: Moment) -> Commands:
         """Look around, on the spot."""
-        return self.stop(now, now.seen.heading + _TURNING)
+        return self.stop(now, now.seen.heading + _LOOK_AROUND_LEAD)
 
     def _go(self, now: Moment, place: Point) -> Commands:
         """Commands toward a place, clear of placards and of all that the lidar sees."""
         seen = now.seen
         distance, bearing = seen.to(*place)
         sides = [face.ahead(side) for face in self.lookout.faces for side in (-3.5, 3.5)]
-        discs = [(side, _KEEP_OFF) for side in sides if math.dist(side, place) > _KEEP_OFF]
-        discs += [(bank, _OFF_BANK) for bank in [*self.lookout.banks, *self._stuck_on]]
+        discs = [(side, _FINGER_CLEARANCE) for side in sides if math.dist(side, place) > _FINGER_CLEARANCE]
+        discs += [(bank, _OBSTACLE_CLEARANCE) for bank in [*self.lookout.banks, *self._stuck_on]]
         if self._is_stuck(seen, now.t):
             return self.sail(now, 1.0, seen.heading + math.pi, seen.heading)
-        speed = min(_CRUISE, 0.3 + 0.35 * distance)
-        return self.sail_clear(now, bearing, discs, reach=min(_REACH, distance), speed=speed, least=0.1)
+        speed = min(_CRUISING_SPEED, 0.3 + 0.35 * distance)
+        return self.sail_clear(now, bearing, discs, reach=min(_AVOIDANCE_RANGE, distance), speed=speed, least=0.1)
 
     def _is_stuck(self, seen: Estimate, t: float) -> bool:
         """Whether to go astern: for a while, after the boat did not get on; what it is stuck on is kept off then."""
         here = seen.place
-        if t - self._last_went > 1.0 or math.dist(here, self._last_moved[0]) > _MOVED:
+        if t - self._last_went > 1.0 or math.dist(here, self._last_moved[0]) > _STUCK_DISTANCE:
             self._last_moved = here, t
         self._last_went = t
-        if t - self._last_moved[1] > _STUCK:
-            self._last_moved, self._astern_until = (here, t), t + _BACK_OFF
-            self._stuck_on.append(beside(here, seen.heading, _AGROUND))
+        if t - self._last_moved[1] > _STUCK_TIME:
+            self._last_moved, self._astern_until = (here, t), t + _ASTERN_TIME
+            self._stuck_on.append(beside(here, seen.heading, _OBSTRUCTION_DISTANCE))
         return t < self._astern_until

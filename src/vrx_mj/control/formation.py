@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from vrx_mj.config.layouts import Layout, LayoutName, spots
-from vrx_mj.control.guidance import CHORD, SPACING, Spot, Track, round_corners, wrap_angle
+from vrx_mj.control.guidance import CHORD_LENGTH, POINT_SPACING, Spot, Track, round_corners, wrap_angle
 from vrx_mj.control.navigation import Estimate, Navigator, Point, TangentPlane, beside, in_axes, polar
 from vrx_mj.control.pilot import Pilot
 from vrx_mj.control.velocity import VelocityKeeper, clamp, craft_of
@@ -28,36 +28,39 @@ if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation, Observation
 
 WAITING_LAG = 15.0
-"""A virtual leader goes slower the further boats are behind their slots, and waits for one so far behind [m]."""
-_DRIFTING = 0.3
-"""A boat slower than this over ground [m/s] carries its track along, instead of laying it."""
-_COURSE_ASTERN = -0.5
-"""Cosine of the angle between course and heading beyond which it does so, too: 120 degrees."""
-_SMOOTH = 1.5
-"""Time constant with which the course of a boat is smoothed [s]."""
+"""Lag of the last boat behind its slot at which a virtual leader stops [m]; below it the leader slows down in
+proportion."""
+_MIN_TRACK_SPEED = 0.3
+"""A leader slower than this over ground [m/s] carries its track along instead of extending it."""
+_ASTERN_COSINE = -0.5
+"""So does one whose course and heading have a cosine below this: they are more than 120 degrees apart."""
+_COURSE_TIME_CONSTANT = 1.5
+"""Time constant with which the velocity of a leading boat is smoothed [s]."""
 SHAPES = tuple(sorted(get_args(LayoutName)))
-CLOSING = 1.0
-"""The speed relative to a slot with which a boat makes up for what it is off, at most [m/s]."""
-_LOOKAHEAD = 4.0
-"""So far off its slot [m] a boat goes for it with 0.7 of that; a small error dies at `CLOSING / LOOKAHEAD` [1/s]."""
+"""Names of the shapes."""
+CLOSING_SPEED = 1.0
+"""Largest speed relative to its slot at which a boat goes to it [m/s]."""
+_CLOSING_DISTANCE = 4.0
+"""Distance from its slot [m] at which a boat has 0.7 of that speed; small errors decay at the ratio of the two
+[1/s]."""
 _HEADING_RATE = 0.8
-"""How fast an error of heading dies [1/s]: a third of the rate of the loop around which it goes."""
-_FASTEST_TURN = 0.6
-"""Yaw rate wanted at most [rad/s]."""
-_STEADY = 0.5
-"""A slot slower than this [m/s] draws the bow to its own direction, lest a boat near its slot turns about for it."""
-_REST = 0.3
-"""A slot slower than this [m/s] is held by a pilot, within `_BERTH`: bow first a boat would go round it for ever."""
-_BERTH = 5.0
-"""[m]"""
-_SKID = 1.5
-"""The bow leads the wanted velocity by so much of its error: a WAM-V skids on for 7 s, its mass over its drag."""
-_ASTERN = 0.3
-"""Speed astern wanted at most [m/s]."""
-YIELD = 0.3
-"""How fast boats may take up what is left of their distance [1/s]."""
-_SHORTEST = 0.01
-"""A path's points are further apart than this somewhere [m]."""
+"""Rate at which errors of heading decay [1/s]: a third of that of the inner loop, of the yaw rate."""
+_MAX_YAW_RATE = 0.6
+"""Largest commanded yaw rate [rad/s]."""
+_STEADY_SPEED = 0.5
+"""A slot slower than this [m/s] draws the bow to its own direction: a boat near its slot would turn about for it."""
+_HOLD_SPEED = 0.3
+"""A pilot holds slots slower than this [m/s]: bow first, a boat would go around them for ever."""
+_HOLD_DISTANCE = 5.0
+"""It does so within this distance from the slot [m]."""
+_SKID_LEAD = 1.5
+"""Share of the error of velocity by which the bow leads: a WAM-V skids on for 7 s, its mass over its drag."""
+_MAX_ASTERN_SPEED = 0.3
+"""Largest commanded speed astern [m/s]."""
+YIELD_RATE = 0.3
+"""Largest rate at which two boats may use up the distance that is left between them [1/s]."""
+_MIN_EXTENT = 0.01
+"""Least distance between a path's first point and the one furthest from it [m]."""
 
 
 class Muster:
@@ -160,7 +163,7 @@ class BoatLeader(Leader):
             raise UnknownNameError("boat", self.name, known=seen)
         self.pose = boat.x, boat.y, boat.heading
         if self._place is None:
-            start = beside(boat.place, boat.heading, -CHORD)
+            start = beside(boat.place, boat.heading, -CHORD_LENGTH)
             self.track, self._velocity = Track([start, boat.place]), (boat.vx, boat.vy)
             self._place = boat.place
         east, north = boat.x - self._place[0], boat.y - self._place[1]
@@ -168,7 +171,7 @@ class BoatLeader(Leader):
         self._place, self._then = boat.place, t
         vx, vy = self._velocity
         speed = math.hypot(vx, vy)
-        if speed < _DRIFTING or in_axes(boat.heading, vx, vy)[0] < _COURSE_ASTERN * speed:
+        if speed < _MIN_TRACK_SPEED or in_axes(boat.heading, vx, vy)[0] < _ASTERN_COSINE * speed:
             self.track.shift(east, north)
             self.speed, self.drift = 0.0, self._velocity
         else:
@@ -179,14 +182,14 @@ class BoatLeader(Leader):
     def _smooth(self, east: float, north: float, interval: float) -> None:
         """The velocity over ground without what waves do to it."""
         if interval > 0.0:
-            share, (vx, vy) = 1.0 - math.exp(-interval / _SMOOTH), self._velocity
+            share, (vx, vy) = 1.0 - math.exp(-interval / _COURSE_TIME_CONSTANT), self._velocity
             self._velocity = vx + share * (east / interval - vx), vy + share * (north / interval - vy)
 
     def _lay(self, boat: Estimate, east: float, north: float) -> None:
         """Extend the track by what the boat has come along its course, a unit vector."""
         x, y = self.track.end
         self._gone = max(0.0, (boat.x - x) * east + (boat.y - y) * north)
-        if self._gone >= SPACING:
+        if self._gone >= POINT_SPACING:
             self.track.extend(boat.place)
             self._gone = 0.0
 
@@ -229,7 +232,7 @@ def pursuit(seen: Estimate, slot: Spot, speed: float, *, drift: Point = (0.0, 0.
     the boat comes straight at it.
     """
     dx, dy = slot.x - seen.x, slot.y - seen.y
-    closing = CLOSING / math.sqrt(dx * dx + dy * dy + _LOOKAHEAD * _LOOKAHEAD)
+    closing = CLOSING_SPEED / math.sqrt(dx * dx + dy * dy + _CLOSING_DISTANCE * _CLOSING_DISTANCE)
     east, north = polar(slot.pace(speed), slot.direction)
     return east + drift[0] + closing * dx, north + drift[1] + closing * dy
 
@@ -237,7 +240,7 @@ def pursuit(seen: Estimate, slot: Spot, speed: float, *, drift: Point = (0.0, 0.
 def apart_velocity(seen: Estimate, wanted: Point, others: Sequence[Estimate], apart: float) -> Point:
     """What may be kept of a wanted velocity [m/s] so that the boat does not come nearer to others than `apart` [m].
 
-    Toward another boat the velocity is at most that boat's plus `YIELD` times the distance that is left: a barrier
+    Toward another boat the velocity is at most that boat's plus `YIELD_RATE` times the distance that is left: a barrier
     (Wang, Ames and Egerstedt, Safety barrier certificates for collisions-free multirobot systems, 2017). What is too
     much of it goes to starboard by half, so that two who meet head on pass each other (COLREG 14).
     """
@@ -245,7 +248,7 @@ def apart_velocity(seen: Estimate, wanted: Point, others: Sequence[Estimate], ap
     for other in others:
         distance, bearing = seen.to(other.x, other.y)
         east, north = math.cos(bearing), math.sin(bearing)
-        allowed = other.vx * east + other.vy * north + YIELD * (distance - apart)
+        allowed = other.vx * east + other.vy * north + YIELD_RATE * (distance - apart)
         excess = vx * east + vy * north - allowed
         if excess > 0.0:
             vx, vy = vx - excess * (east - 0.5 * north), vy - excess * (north + 0.5 * east)
@@ -370,20 +373,20 @@ class Formation:
         keeper, pilot = self._helms[name]
         others = [other for key, other in seen.items() if key != name]
         vx, vy = apart_velocity(own, pursuit(own, goal, speed, drift=self.leader.drift), others, self.apart)
-        if abs(goal.pace(speed)) < _REST and self.off[name] < _BERTH and pilot.every_way:
+        if abs(goal.pace(speed)) < _HOLD_SPEED and self.off[name] < _HOLD_DISTANCE and pilot.every_way:
             return pilot.sail(own, t, vx, vy, goal.direction)
-        steady = max(0.0, _STEADY - abs(goal.pace(speed)))
-        east = vx + _SKID * (vx - own.vx) + steady * math.cos(goal.direction)
-        north = vy + _SKID * (vy - own.vy) + steady * math.sin(goal.direction)
+        steady = max(0.0, _STEADY_SPEED - abs(goal.pace(speed)))
+        east = vx + _SKID_LEAD * (vx - own.vx) + steady * math.cos(goal.direction)
+        north = vy + _SKID_LEAD * (vy - own.vy) + steady * math.sin(goal.direction)
         heading = math.atan2(north, east)
         surge, _ = in_axes(own.heading, vx, vy)
-        turn = clamp(goal.curvature * speed + _HEADING_RATE * wrap_angle(heading - own.heading), _FASTEST_TURN)
-        return keeper(own, t, max(-_ASTERN, min(keeper.top_speed, surge)), turn)
+        turn = clamp(goal.curvature * speed + _HEADING_RATE * wrap_angle(heading - own.heading), _MAX_YAW_RATE)
+        return keeper(own, t, max(-_MAX_ASTERN_SPEED, min(keeper.top_speed, surge)), turn)
 
 
 def _check_way(path: Sequence[Point], speed: float, radius: float) -> None:
     """Whether a virtual leader can go that way."""
-    if all(math.dist(path[0], point) < _SHORTEST for point in path):
+    if all(math.dist(path[0], point) < _MIN_EXTENT for point in path):
         raise VrxError(f"path: its {len(path)} points are all at {tuple(path[0])}; at least two must differ")
     if not 0.0 < speed < math.inf:
         raise VrxError(f"invalid speed {speed:g} m/s: a number above 0 is needed")

@@ -13,41 +13,41 @@ from vrx_mj.errors import CommandError
 if TYPE_CHECKING:
     from vrx_mj.runtime.hull import Propeller
 
-_BRUTE = 7
-"""Number of places up to which all orders are tried."""
-_MARGIN = 0.1
-"""Beyond the rim of a disc [m]."""
+_MAX_PERMUTED = 7
+"""Largest number of places of which all orders are tried."""
+_DISC_MARGIN = 0.1
+"""Distance beyond the rim of a disc of a place that was moved out of it [m]."""
 
-SPACING = 0.5
-"""Between the points that an arc is made of, and of a track that is laid by sailing [m]."""
-CHORD = 2.0
-"""The direction of a track is that of a chord so far either way [m], so that corners and noise count little."""
+POINT_SPACING = 0.5
+"""Distance between the points of an arc, and of a track that a boat lays [m]."""
+CHORD_LENGTH = 2.0
+"""Distance either way over which the direction of a track is taken [m], so that corners and noise count little."""
 _SURGE_RATE = 1.2
-"""How fast an error of surge speed dies [1/s]."""
+"""Rate at which errors of surge speed decay [1/s]."""
 _HEADING_RATE = 1.0
-"""How fast an error of heading dies [1/s], and at most a third of what turning at full power allows."""
+"""Rate at which errors of heading decay [1/s], at most a third of what turning at full power allows."""
 _TURN_RATE = 2.5
-"""How fast an error of turning rate dies [1/s]."""
-_FASTEST_TURN = 0.8
-"""Turning rate wanted at most [rad/s]."""
-_ARRIVED = 0.5
-"""Within so many lengths of its place a boat stops: it cannot come nearer without turning on the spot."""
-_LEFT = 1.0
-"""Beyond so many lengths of its place it goes back there."""
-_SLOW = 0.05
+"""Rate at which errors of yaw rate decay [1/s]."""
+_MAX_YAW_RATE = 0.8
+"""Largest commanded yaw rate [rad/s]."""
+_ARRIVAL_LENGTHS = 0.5
+"""A boat stops within this many lengths of its place: it cannot come nearer without turning on the spot."""
+_RETURN_LENGTHS = 1.0
+"""It goes back once it is this many lengths away."""
+_REST_SPEED = 0.05
 """Velocities below this count as 0 [m/s]."""
-_SLIDING = 0.3
-"""A boat that stops and goes faster than this turns one of its ends to where it goes [m/s]."""
-_TURNING_SPEED = 0.3
-"""Share of the top speed with which a boat whose rudder turns it goes about."""
+_SLIDING_SPEED = 0.3
+"""A stopping boat that is faster than this points one of its ends to where it goes [m/s]."""
+_TURNING_SHARE = 0.3
+"""Share of the top speed at which a boat that turns by rudder goes about."""
 _COURSE_STEP = math.radians(5.0)
-"""Between the courses tried [rad]."""
-_MOST = 26
-"""Steps to either side that are tried: 130 degrees."""
-_CHARGE = 6.0
-"""What it costs to go straight through something near, in radians of turning away."""
-_AGAIN = 0.15
-"""Bonus [rad] of keeping to the side that was chosen before, so that the boat does not waver in front of a buoy."""
+"""Angle between the courses that are tried [rad]."""
+_COURSE_STEPS = 26
+"""Number of courses tried on each side: up to 130 degrees."""
+_OBSTACLE_COST = 6.0
+"""Cost of a course straight through something near, in radians of turning away."""
+_SWITCHING_COST = 0.15
+"""Cost [rad] of leaving the side that was chosen before, so that the boat does not waver in front of a buoy."""
 
 
 def wrap_angle(angle: float) -> float:
@@ -101,13 +101,13 @@ def clear_of(place: Point, discs: Sequence[tuple[Point, float]]) -> Point:
         away = math.hypot(dx, dy)
         if away < radius:
             east, north = (dx / away, dy / away) if away > 1e-9 else (1.0, 0.0)
-            place = (centre[0] + (radius + _MARGIN) * east, centre[1] + (radius + _MARGIN) * north)
+            place = (centre[0] + (radius + _DISC_MARGIN) * east, centre[1] + (radius + _DISC_MARGIN) * north)
     return place
 
 
 def best_order(start: Point, places: Sequence[Point]) -> list[int]:
     """The order that makes the way from `start` through all places shortest; of many places, the nearest is next."""
-    if len(places) <= _BRUTE:
+    if len(places) <= _MAX_PERMUTED:
 
         def length(order: Iterable[int]) -> float:
             way = [places[number] for number in order]
@@ -200,11 +200,11 @@ class Track:
 
     def spot(self, along: float, left: float = 0.0) -> Spot:
         """The place `along` [m] from the start and `left` [m] of the track there."""
-        before, here, after = (self._place(along + way) for way in (-CHORD, 0.0, CHORD))
+        before, here, after = (self._place(along + way) for way in (-CHORD_LENGTH, 0.0, CHORD_LENGTH))
         direction = direction_to(before, after)
         came = direction_to(before, here)
         goes = direction_to(here, after)
-        return Spot(*beside(here, direction, 0.0, left), direction, wrap_angle(goes - came) / CHORD, left)
+        return Spot(*beside(here, direction, 0.0, left), direction, wrap_angle(goes - came) / CHORD_LENGTH, left)
 
     def _place(self, along: float) -> Point:
         leg = min(max(bisect_right(self._lengths, along), 1), len(self._points) - 1)
@@ -233,7 +233,7 @@ def _arc(before: Point, corner: Point, after: Point, radius: float) -> list[Poin
         return [corner]
     side = math.copysign(cut / bend, turn)
     centre = beside(corner, heading, -cut, side)
-    count = max(2, math.ceil(abs(side * turn) / SPACING))
+    count = max(2, math.ceil(abs(side * turn) / POINT_SPACING))
     angles = [heading + turn * i / count for i in range(count + 1)]
     return [(centre[0] + side * math.sin(angle), centre[1] - side * math.cos(angle)) for angle in angles]
 
@@ -250,7 +250,7 @@ class Course:
         if not self._by_rudder and turning <= 0.0:
             names = ", ".join(thrusters)
             raise CommandError(f"no thrust turns this boat ({names}): a second engine, a rudder or steering is needed")
-        self._fastest = _FASTEST_TURN if self._by_rudder else min(_FASTEST_TURN, steady_rate(craft.yaw_drag, turning))
+        self._fastest = _MAX_YAW_RATE if self._by_rudder else min(_MAX_YAW_RATE, steady_rate(craft.yaw_drag, turning))
         self._heading_rate = min(_HEADING_RATE, 3.0 * self._fastest)
         self._staying = False
 
@@ -262,10 +262,10 @@ class Course:
         `braking` [m/s2] is the deceleration to rely on. Within the limits the boat has the heading [rad], if it can.
         """
         distance, bearing = seen.to(x, y)
-        self._staying = distance < (_LEFT if self._staying else _ARRIVED) * self._craft.length
+        self._staying = distance < (_RETURN_LENGTHS if self._staying else _ARRIVAL_LENGTHS) * self._craft.length
         if self._staying:
             return self.sail(seen, 0.0, 0.0, heading)
-        way = max(0.0, distance - 0.5 * _ARRIVED * self._craft.length)
+        way = max(0.0, distance - 0.5 * _ARRIVAL_LENGTHS * self._craft.length)
         wanted = min(approach_speed(way, 0.5 * self._fastest, braking), speed)
         return self.sail(seen, *polar(wanted, bearing), heading)
 
@@ -273,9 +273,9 @@ class Course:
         """Commands for a velocity over ground [m/s, east and north]; at rest, for a heading [rad]."""
         off = wrap_angle(self._bow(seen, vx, vy, heading) - seen.heading)
         along, _ = in_axes(seen.heading, vx, vy)
-        wanted = max(0.0, along) if math.hypot(vx, vy) > _SLOW else 0.0
-        if self._by_rudder and math.hypot(vx, vy) > _SLOW:  # no rudder turns a boat without way
-            wanted = max(wanted, _TURNING_SPEED * self._craft.top_speed(self._full))
+        wanted = max(0.0, along) if math.hypot(vx, vy) > _REST_SPEED else 0.0
+        if self._by_rudder and math.hypot(vx, vy) > _REST_SPEED:  # no rudder turns a boat without way
+            wanted = max(wanted, _TURNING_SHARE * self._craft.top_speed(self._full))
         turn = clamp(self._heading_rate * off, self._fastest)
         surge = self._craft.mass * _SURGE_RATE * (wanted - seen.surge) + self._craft.drag(wanted, 0.0)[0]
         moment = self._craft.inertia * _TURN_RATE * (turn - seen.turn) + self._craft.turning_drag(turn)
@@ -284,11 +284,11 @@ class Course:
 
     def _bow(self, seen: Estimate, vx: float, vy: float, heading: float) -> float:
         """Where the bow is to point [rad]."""
-        if math.hypot(vx, vy) > _SLOW:
+        if math.hypot(vx, vy) > _REST_SPEED:
             return math.atan2(2.0 * vy - seen.vy, 2.0 * vx - seen.vx)
         if self._by_rudder:
             return seen.heading
-        if math.hypot(seen.vx, seen.vy) > _SLIDING:
+        if math.hypot(seen.vx, seen.vy) > _SLIDING_SPEED:
             course = math.atan2(seen.vy, seen.vx)
             return course if abs(wrap_angle(course - seen.heading)) < math.pi / 2 else course + math.pi
         return heading
@@ -309,9 +309,9 @@ def clear_course(
         course = wanted + step * _COURSE_STEP
         charge = sum(_charge(here, course, centre, radius, reach) for centre, radius in near)
         kept = before is None or abs(wrap_angle(course - before)) < 2.5 * _COURSE_STEP
-        return abs(step) * _COURSE_STEP + charge + (0.0 if kept else _AGAIN)
+        return abs(step) * _COURSE_STEP + charge + (0.0 if kept else _SWITCHING_COST)
 
-    best = min(sorted(range(-_MOST, _MOST + 1), key=abs), key=cost)
+    best = min(sorted(range(-_COURSE_STEPS, _COURSE_STEPS + 1), key=abs), key=cost)
     return wrap_angle(wanted + best * _COURSE_STEP)
 
 
@@ -322,4 +322,4 @@ def _charge(here: Point, course: float, centre: Point, radius: float, reach: flo
     if along <= 0.0 or across >= radius:
         return 0.0
     nearness = max(0.0, 1.0 - max(0.0, along - radius) / reach)
-    return _CHARGE * (0.15 + 0.85 * nearness) * (1.0 - across / radius)
+    return _OBSTACLE_COST * (0.15 + 0.85 * nearness) * (1.0 - across / radius)

@@ -31,11 +31,22 @@ if TYPE_CHECKING:
 
 _ECCENTRICITY2 = FLATTENING * (2.0 - FLATTENING)
 """Square of the Earth's first eccentricity."""
-_ABOVE_WATER = 0.7
-"""A first fix higher than this [m] is of the antenna, 1.3 m up; VRX classic's plugin gives the place of `base_link`."""
+_ANTENNA_FIX_HEIGHT = 0.7
+"""A first fix above this height [m] is of the antenna, 1.3 m up; VRX classic's plugin gives the place of
+`base_link`."""
 
 Point = tuple[float, float]
 """East and north [m], or a vector."""
+_FIRST_ACCELERATIONS = np.full(6, 0.3)
+"""Standard deviations of a boat's accelerations along and about three axes before any are measured [m/s2, rad/s2]."""
+_ACCELERATION_WEIGHT = 0.05
+"""Weight of a new square in the mean square of the accelerations."""
+_NO_COVARIANCE = 1e-9 * np.eye(6)
+"""Covariance of something without errors, as robot_localization's: filters need one above 0."""
+_GATE_DISTANCE2 = 25.0
+"""Squared Mahalanobis distance of a fix beyond which the boat was moved: the filter starts again there."""
+_MAX_FIX_GAP = 1.0
+"""Time without a fix after which the filter starts again [s]."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +157,7 @@ class Estimate(Place):
     turn: float
     """Turning rate [rad/s], positive to port."""
     rotation: FloatArray = field(repr=False)
-    """(3, 3): body to east-north-up."""
+    """Rotation (3, 3), body to east-north-up."""
 
     @property
     def surge(self) -> float:
@@ -222,7 +233,7 @@ class Navigator:
         """Lay the local frame at the first fix."""
         fix, mount = reading.data, reading.mount
         self.plane = TangentPlane(fix.latitude, fix.longitude)
-        if fix.altitude > _ABOVE_WATER and mount is not None:
+        if fix.altitude > _ANTENNA_FIX_HEIGHT and mount is not None:
             self._antenna = tuple(float(value) for value in mount.position)
 
     def _readings(self, boat: "BoatObservation") -> "tuple[Reading, Reading] | None":
@@ -279,33 +290,21 @@ def true_estimate(boat: "BoatObservation") -> Estimate:
     return Estimate(x, y, z, _heading(turned), vx, vy, turn, turned)
 
 
-_ACCELERATIONS = np.full(6, 0.3)
-"""Standard deviations of a boat's accelerations along and about three axes, before any are seen [m/s2, rad/s2]."""
-_NEW = 0.05
-"""Share of a new square in their mean."""
-_LEAST = 1e-9 * np.eye(6)
-"""Covariance of what has no errors, as robot_localization's: filters need one above 0."""
-_FAR = 25.0
-"""Squared distance of a fix in standard deviations beyond which the boat was moved: the filter begins anew there."""
-_LONGEST = 1.0
-"""Time without a fix after which the filter begins anew [s]."""
-
-
 class Located(NamedTuple):
     """Where a boat's `base_link` is and how it moves."""
 
     position: FloatArray
-    """(3,) [m], along the world's axes."""
+    """Position of `base_link`, (3,) [m], along the world's axes."""
     rotation: FloatArray
-    """(3, 3): body to world."""
+    """Rotation (3, 3), body to world."""
     velocity: FloatArray
-    """(3,) [m/s], along the body's axes."""
+    """Velocity, (3,) [m/s], along the body's axes."""
     spin: FloatArray
     """(3,) angular velocity [rad/s], about the body's axes."""
-    pose_covariance: FloatArray = _LEAST
-    """(6, 6): of position and orientation, along and about the world's axes."""
-    twist_covariance: FloatArray = _LEAST
-    """(6, 6): of velocity and spin, along and about the body's axes."""
+    pose_covariance: FloatArray = _NO_COVARIANCE
+    """Covariance (6, 6) of position and orientation, along and about the world's axes."""
+    twist_covariance: FloatArray = _NO_COVARIANCE
+    """Covariance (6, 6) of velocity and spin, along and about the body's axes."""
 
 
 def truly_located(boat: "BoatObservation") -> Located:
@@ -322,11 +321,11 @@ class Localizer:
         self._axes = np.array([earth.from_east_north_up(*axis) for axis in np.eye(3)]).T
         self._time = self._turned = -np.inf
         self._position, self._velocity, self._spin = np.zeros((3, 3))
-        self._spread = self._unsteady = self._drift = _LEAST[:3, :3]
+        self._spread = self._unsteady = self._drift = _NO_COVARIANCE[:3, :3]
         """Covariances of the filtered position, of the velocity, and of slow errors of fixes, which no filter finds."""
-        self._jolts = np.square(_ACCELERATIONS)
+        self._jolts = np.square(_FIRST_ACCELERATIONS)
         """(6,) mean squares of accelerations along the world's axes and about the body's."""
-        self.fixed = -np.inf, np.zeros(3), _LEAST
+        self.fixed = -np.inf, np.zeros(3), _NO_COVARIANCE
         """Time of the last fix, the place of `base_link` by it alone [m], and its covariance, in the world's axes."""
 
     def __call__(self, boat: "BoatObservation", t: float) -> Located:
@@ -348,9 +347,9 @@ class Localizer:
         """See how the boat shakes."""
         spin, passed = self._imu.mount.rotation @ reading.data.angular_velocity, reading.time - self._turned
         force = self._axes @ rotation_matrix(reading.data.orientation) @ reading.data.linear_acceleration
-        if 0.0 < passed <= _LONGEST:
+        if 0.0 < passed <= _MAX_FIX_GAP:
             jolts = np.concatenate([force - (0.0, 0.0, STANDARD_GRAVITY), (spin - self._spin) / passed])
-            self._jolts = (1.0 - _NEW) * self._jolts + _NEW * jolts**2
+            self._jolts = (1.0 - _ACCELERATION_WEIGHT) * self._jolts + _ACCELERATION_WEIGHT * jolts**2
         self._turned, self._spin = reading.time, spin
 
     def _take(self, reading: "Reading", inertia: "Reading") -> None:
@@ -362,15 +361,15 @@ class Localizer:
         antenna = place, self._axes @ (-west, north, up)
         arm, measured, velocity = base_link_by(*antenna, self._antenna, turned, self._spin)
         unsteady = self._in_world(variances(self._gps.velocity)) + _lever(arm, turned @ unsure @ turned.T)
-        noise = self._in_world(np.square(self._gps.position.noise)) + _LEAST[:3, :3]
+        noise = self._in_world(np.square(self._gps.position.noise)) + _NO_COVARIANCE[:3, :3]
         self._drift = self._in_world(np.square(self._gps.position.drift)) + _lever(arm, slanted)
         self.fixed = reading.time, measured, _joint(noise + self._drift, np.zeros((3, 3)))
         position, spread = measured, noise
-        if 0.0 < dt <= _LONGEST:
+        if 0.0 < dt <= _MAX_FIX_GAP:
             expected = self._position + 0.5 * dt * (self._velocity + velocity)
             before = self._spread + dt**2 * unsteady + 0.25 * dt**4 * np.diag(self._jolts[:3])
             weights, miss = before @ np.linalg.inv(before + noise), measured - expected
-            if miss @ np.linalg.solve(before + noise + self._drift, miss) < _FAR:
+            if miss @ np.linalg.solve(before + noise + self._drift, miss) < _GATE_DISTANCE2:
                 position, spread = expected + weights @ miss, before - weights @ before
         self._time, self._position, self._spread = reading.time, position, spread
         self._velocity, self._unsteady = velocity, unsteady
@@ -405,4 +404,4 @@ def _lever(arm: FloatArray, covariance: FloatArray) -> FloatArray:
 
 def _joint(one: FloatArray, other: FloatArray) -> FloatArray:
     """(6, 6): two covariances as one of six errors."""
-    return np.block([[one, np.zeros((3, 3))], [np.zeros((3, 3)), other]]) + _LEAST
+    return np.block([[one, np.zeros((3, 3))], [np.zeros((3, 3)), other]]) + _NO_COVARIANCE

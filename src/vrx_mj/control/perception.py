@@ -13,47 +13,49 @@ from vrx_mj.control.navigation import Estimate, Place, nearest
 from vrx_mj.control.pilot import Commands, Moment, Skipper
 from vrx_mj.runtime.timing import Pause
 
-_STEP = 2
-"""Every so many pixels one is looked at; a ball of 0.5 m at 15 m is 25 pixels wide."""
-_COLORED = 0.45
-"""Least part of the brightest channel by which the darkest falls short: water has 0.7, but is blue."""
-_BRIGHT, _ABOVE = 90.0, 100.0
-"""White: least value of the darkest channel, and how much brighter than the water all three are together."""
-_DARK, _BELOW = 55.0, 30.0
-"""Black: largest value of the brightest channel, and how much darker than the water all three are together."""
-_FLAT = 0.5
+_STRIDE = 2
+"""Every so many pixels one is examined: a ball of 0.5 m at 15 m is 25 pixels wide."""
+_MIN_SATURATION = 0.45
+"""Least saturation of a coloured pixel: water has 0.7, but is blue."""
+_WHITE_MIN, _WHITE_EXCESS = 90.0, 100.0
+"""White: least value of the darkest channel, and least excess of all three together over the water, of 0 to 255."""
+_BLACK_MAX, _BLACK_DEFICIT = 55.0, 30.0
+"""Black: largest value of the brightest channel, and least deficit of all three together below the water."""
+_MIN_ASPECT = 0.5
 """Height over width below which something is a streak of foam or light on a wave."""
-_BOWS = 0.72
-"""Below this share of the picture's height are the boat's own bows."""
-_SMALL = 12
-"""Fewest looked-at pixels of a thing."""
-_ORANGE = 0.09
-"""Green less blue over red less blue from which red is orange: VRX's red has 0, its orange 0.19."""
-_PALE = 0.3
+_BOW_ROW = 0.72
+"""Share of the picture's height below which the boat's own bows are."""
+_MIN_AREA = 12
+"""Least number of examined pixels of a thing."""
+_ORANGE_RATIO = 0.09
+"""Orange is red with at least this (green - blue) / (red - blue): VRX's red has 0, its orange 0.19."""
+_PALE_RATIO = 0.3
 """Darkest over brightest channel from which a colour is pale: the cans of 2019 have 0.4 and 0.6, totems 0."""
-_NOTHING, _RED, _ORANGES, _GREEN, _BLUE, _YELLOW, _WHITE, _BLACK = range(8)
+_NOTHING, _RED, _ORANGE, _GREEN, _BLUE, _YELLOW, _WHITE, _BLACK = range(8)
+"""Numbers of the colours of pixels."""
 _NAMES = ("", "red", "orange", "green", "blue", "yellow", "white", "black")
+"""Names of the colours, by number."""
 
 OLD = "2019"
 """The catalogue of VRX 2019, at Sand Island."""
 SYDNEY = "2022"
 """The catalogue of VRX 2022 and 2023."""
-_STANDING = 1.25
+_TALL_ASPECT = 1.25
 """Height over width from which something is tall."""
-_PERIOD = 0.95
-"""Between two pictures [s]; things are up for 5 s, and a picture costs tens of milliseconds of computing."""
-_ENOUGH = 2
-"""Reported once seen in so many pictures: what has just been dropped is still bobbing."""
-_SAME = 0.9
-"""Things of one type nearer to each other than this [m] in two pictures are one."""
-_GONE = 1.5 * _PERIOD
-"""Not seen for so long [s], it is gone."""
-_FAR = 25.0
-"""What seems further off than this [m] is not one of the task's things."""
-_UNDER_HORIZON = 6.0
-"""Rows [pixels] below the horizon at which looking begins."""
-_EDGES = (-0.65, 0.0, 0.65)
-"""Bearings from the bow [rad] at which the horizon is looked for: the camera sees 0.7 to either side."""
+_PICTURE_PERIOD = 0.95
+"""Time between two pictures [s]: things are up for 5 s, and a picture takes tens of milliseconds of computing."""
+_MIN_SIGHTINGS = 2
+"""Pictures that must show a thing before it is reported: one just dropped is still bobbing."""
+_MATCH_RADIUS = 0.9
+"""Two sightings of one type within this distance [m] are the same thing."""
+_FORGET_TIME = 1.5 * _PICTURE_PERIOD
+"""A thing that was not seen for this time [s] is forgotten."""
+_MAX_DISTANCE = 25.0
+"""Something that seems further off than this [m] is not one of the task's things."""
+_HORIZON_MARGIN = 6.0
+"""Rows [pixels] below the horizon at which the search begins."""
+_HORIZON_BEARINGS = (-0.65, 0.0, 0.65)
+"""Bearings from the bow [rad] at which the horizon is located: the camera sees 0.7 to either side."""
 
 
 @dataclass(frozen=True)
@@ -95,18 +97,18 @@ _BALLS: dict[str, dict[str, tuple[Kind, ...]]] = {
     SYDNEY: {"orange": (Kind("mb_round_buoy_orange", 0.51),), "black": (Kind("mb_round_buoy_black", 0.51),)},
     OLD: {"black": (Kind("polyform_a3", 0.432), Kind("polyform_a5", 0.686), Kind("polyform_a7", 0.991))},
 }
-"""What is round, by colour."""
-_TYPES = {
+"""Round things, by colour."""
+_TYPE_NAMES = {
     name: {kind.type for kinds in (_MARKERS[name], _CANS if name == OLD else {}) for kind in kinds.values()}
     | {kind.type for kinds in _BALLS[name].values() for kind in kinds}
     for name in (SYDNEY, OLD)
 }
-"""What each catalogue names."""
+"""Names of the types in each catalogue."""
 
 
 def catalogue_of(types: Iterable[str]) -> str:
     """The catalogue that has most of a task's types, the newer one of two that have as many."""
-    return max((SYDNEY, OLD), key=lambda name: len(_TYPES[name].intersection(types)))
+    return max((SYDNEY, OLD), key=lambda name: len(_TYPE_NAMES[name].intersection(types)))
 
 
 def kind_of(blob: Blob, catalogue: str, scale: float | None = None) -> Kind | None:
@@ -114,7 +116,7 @@ def kind_of(blob: Blob, catalogue: str, scale: float | None = None) -> Kind | No
 
     Of balls of several sizes that one is taken that has the blob's width at the `scale` [pixels/m], or the middle one.
     """
-    tall = blob.height > _STANDING * blob.width
+    tall = blob.height > _TALL_ASPECT * blob.width
     balls = _BALLS[catalogue].get(blob.color, ())
     if balls and (not tall or blob.color == "orange"):
         if scale is None:
@@ -127,15 +129,15 @@ def kind_of(blob: Blob, catalogue: str, scale: float | None = None) -> Kind | No
 
 def blobs(picture: ByteArray, horizon: float) -> list[Blob]:
     """The things in a picture (height, width, 3) below a row, the largest first; not the boat's own bows."""
-    first, last = max(0, int(horizon)) // _STEP * _STEP, int(_BOWS * picture.shape[0])
-    part = picture[first:last:_STEP, ::_STEP].astype(np.float64)
+    first, last = max(0, int(horizon)) // _STRIDE * _STRIDE, int(_BOW_ROW * picture.shape[0])
+    part = picture[first:last:_STRIDE, ::_STRIDE].astype(np.float64)
     if not part.size:
         return []
     water = np.median(part, axis=1)[:, None, :]
     kinds = _kinds(part, np.broadcast_to(water, part.shape))
     found = [blob for kind in range(1, len(_NAMES)) for blob in _of_kind(kinds, kind, part)]
     found = [_full_size(blob, first) for blob in sorted(found, key=lambda blob: -blob.width * blob.height)]
-    return [blob for blob in _merge_parts(found) if blob.height > _FLAT * blob.width]
+    return [blob for blob in _merge_parts(found) if blob.height > _MIN_ASPECT * blob.width]
 
 
 def _kinds(pixels: FloatArray, water: FloatArray) -> npt.NDArray[np.int_]:
@@ -143,43 +145,43 @@ def _kinds(pixels: FloatArray, water: FloatArray) -> npt.NDArray[np.int_]:
     red, green, blue = (pixels[..., channel] for channel in range(3))
     most, least = pixels.max(axis=-1), pixels.min(axis=-1)
     lighter = (pixels - water).sum(axis=-1)
-    strong = (most - least > _COLORED * most) & (most > 30.0)
+    strong = (most - least > _MIN_SATURATION * most) & (most > 30.0)
     reddish = strong & (red == most)
-    orange = green - blue > _ORANGE * (red - blue)
+    orange = green - blue > _ORANGE_RATIO * (red - blue)
     yellow = green - blue > 0.6 * (red - blue)
     greenish = (green == most) & (green - np.maximum(red, blue) > 0.12 * most) & (most > 25.0)
     bluish = strong & (blue == most) & (blue - green > 0.6 * blue) & (lighter > 0.0)
     kinds = np.zeros(most.shape, int)
-    kinds[(least > _BRIGHT) & (lighter > _ABOVE) & ~strong] = _WHITE
-    kinds[(most < _DARK) & (lighter < -_BELOW) & (blue - red < 0.45 * blue + 8.0)] = _BLACK
+    kinds[(least > _WHITE_MIN) & (lighter > _WHITE_EXCESS) & ~strong] = _WHITE
+    kinds[(most < _BLACK_MAX) & (lighter < -_BLACK_DEFICIT) & (blue - red < 0.45 * blue + 8.0)] = _BLACK
     kinds[bluish] = _BLUE
     kinds[greenish] = _GREEN
     kinds[reddish] = _RED
-    kinds[reddish & orange] = _ORANGES
+    kinds[reddish & orange] = _ORANGE
     kinds[(reddish | (strong & (green == most))) & yellow & (red > 0.5 * green)] = _YELLOW
     return kinds
 
 
 def _of_kind(kinds: npt.NDArray[np.int_], kind: int, pixels: FloatArray) -> list[Blob]:
     rows, columns = np.nonzero(kinds == kind)
-    if len(rows) < _SMALL:
+    if len(rows) < _MIN_AREA:
         return []
     half = CELL / 2.0  # pixels within two of each other belong together
     groups = connected_groups(np.stack([columns, rows], axis=1).astype(np.float64) * half)
-    return [_blob(np.rint(group / half).astype(int), _NAMES[kind], pixels) for group in groups if len(group) >= _SMALL]
+    return [_blob(np.rint(part / half).astype(int), _NAMES[kind], pixels) for part in groups if len(part) >= _MIN_AREA]
 
 
 def _blob(places: npt.NDArray[np.int_], color: str, pixels: FloatArray) -> Blob:
     (left, top), (right, bottom) = places.min(axis=0).tolist(), places.max(axis=0).tolist()
     typical = np.median(pixels[places[:, 1], places[:, 0]], axis=0)
-    pale = bool(typical.min() > _PALE * typical.max())
+    pale = bool(typical.min() > _PALE_RATIO * typical.max())
     return Blob(color, (left + right) / 2.0, (top + bottom) / 2.0, right - left + 1.0, bottom - top + 1.0, pale)
 
 
 def _full_size(blob: Blob, first: int) -> Blob:
     """The blob in pixels of the whole picture."""
-    column, row = blob.column * _STEP + (_STEP - 1) / 2.0, blob.row * _STEP + first + (_STEP - 1) / 2.0
-    return Blob(blob.color, column, row, blob.width * _STEP, blob.height * _STEP, blob.pale)
+    column, row = blob.column * _STRIDE + (_STRIDE - 1) / 2.0, blob.row * _STRIDE + first + (_STRIDE - 1) / 2.0
+    return Blob(blob.color, column, row, blob.width * _STRIDE, blob.height * _STRIDE, blob.pale)
 
 
 def _merge_parts(found: list[Blob]) -> list[Blob]:
@@ -229,15 +231,15 @@ class View:
     """A camera at the moment of a picture."""
 
     position: FloatArray
-    """(3,) [m], body frame."""
+    """Position of the camera, (3,) [m], body frame."""
     turned: FloatArray
-    """(3, 3): camera's link, x forward and z up, to body."""
+    """Rotation (3, 3) from the camera's link, x forward and z up, to the body."""
     matrix: FloatArray
-    """(3, 3): intrinsic [pixels]."""
+    """Intrinsic matrix (3, 3) [pixels]."""
     seen: Estimate
 
     def ray(self, column: float, row: float) -> FloatArray:
-        """(3,): through a pixel, of depth 1 m, in east-north-up."""
+        """Ray through a pixel, (3,) in east-north-up, of depth 1 m."""
         focal = self.matrix[0, 0]
         own = np.array([1.0, (self.matrix[0, 2] - column) / focal, (self.matrix[1, 2] - row) / focal])
         return np.asarray(self.seen.rotation @ self.turned @ own)
@@ -257,7 +259,7 @@ class View:
     def horizon(self) -> float:
         """The lowest row [pixels] at which there is sky."""
         mount, rows = (self.position, self.turned), []
-        for edge in _EDGES:
+        for edge in _HORIZON_BEARINGS:
             bearing = self.seen.heading + edge
             far = 1e5 * np.array([math.cos(bearing), math.sin(bearing), 0.0])
             found = project(far, mount, self.seen.rotation, self.matrix)
@@ -293,17 +295,17 @@ class Perceiver(Skipper):
         boat, seen, task, t = now
         if task.get("state") != "running" or not self._pause.is_over(t):
             return
-        self._pause.begin(t, _PERIOD)
+        self._pause.begin(t, _PICTURE_PERIOD)
         camera = camera_ahead(boat)
         if camera is None:
             return
         reading = boat.sensors[camera]
         self._catalogue = self._given or catalogue_of(task.get("types", ()))
         view = View(*mounting(reading), intrinsics(reading), seen)
-        for blob in blobs(reading.data.rgb, view.horizon() + _UNDER_HORIZON):
+        for blob in blobs(reading.data.rgb, view.horizon() + _HORIZON_MARGIN):
             self._take(view, blob, t)
-        self._sights = [sight for sight in self._sights if t - sight.last < _GONE]
-        new = [sight for sight in self._sights if sight.count >= _ENOUGH and not sight.reported]
+        self._sights = [sight for sight in self._sights if t - sight.last < _FORGET_TIME]
+        new = [sight for sight in self._sights if sight.count >= _MIN_SIGHTINGS and not sight.reported]
         for sight in new:
             sight.reported = True
         if new:
@@ -321,11 +323,11 @@ class Perceiver(Skipper):
         if kind is None:
             return
         x, y = view.place(blob, kind.width)
-        if view.seen.to(x, y)[0] > _FAR:
+        if view.seen.to(x, y)[0] > _MAX_DISTANCE:
             return
         old = [sight for sight in self._sights if sight.type == kind.type and sight.last < t]
         known = nearest(old, (x, y))
-        if known is None or math.dist(known.place, (x, y)) > _SAME:
+        if known is None or math.dist(known.place, (x, y)) > _MATCH_RADIUS:
             self._sights.append(Sight(kind.type, x, y, last=t))
             return
         known.count, known.last = known.count + 1, t

@@ -21,21 +21,22 @@ if TYPE_CHECKING:
 
 
 _VELOCITY_RATE = 1.8
-"""How fast an error of velocity dies [1/s]: crossover of the speed loop, a fifth of what calls at 10 Hz would allow."""
+"""Rate at which errors of velocity decay [1/s]: crossover of the speed loop, a fifth of what calls at 10 Hz would
+allow."""
 POSITION_RATE = 0.7
-"""How fast an error of position dies [1/s]: 0.4 of the above, which makes the pair damped well (damping ratio 0.8)."""
+"""Rate at which errors of position decay [1/s]: 0.4 of the above, for a damping ratio of 0.8."""
 _TURN_RATE = 3.0
-"""How fast an error of turning rate dies [1/s]."""
+"""Rate at which errors of yaw rate decay [1/s]."""
 _HEADING_RATE = 1.2
-"""How fast an error of heading dies [1/s]."""
-_FASTEST_TURN = 0.8
-"""Turning rate wanted at most [rad/s]."""
+"""Rate at which errors of heading decay [1/s]."""
+_MAX_YAW_RATE = 0.8
+"""Largest commanded yaw rate [rad/s]."""
 _OBSERVER_RATE = 1.0
-"""How fast the observer follows what pushes [rad/s]: gusts of 2 s are followed, noise of 2 cm/s makes 10 N."""
-_REACH = 0.25
-"""Share of the brakes that an approach relies on: full astern, with as much again from drag, and a margin for wind."""
-_GENTLE = 1.0
-"""Deceleration that an approach relies on at most [m/s2]."""
+"""Bandwidth of the disturbance observer [rad/s]: it follows gusts of 2 s, and noise of 2 cm/s makes 10 N."""
+_BRAKING_SHARE = 0.25
+"""Share of the deceleration at full thrust that an approach relies on, which leaves a margin for wind."""
+_MAX_BRAKING = 1.0
+"""Largest deceleration that an approach relies on [m/s2]."""
 
 
 class Pilot:
@@ -50,7 +51,7 @@ class Pilot:
         )
         self.top_speed = self.craft.top_speed(ahead)
         """Full ahead in calm water [m/s]."""
-        self.braking = min(_GENTLE, _REACH * (astern + ahead) / self.craft.mass)
+        self.braking = min(_MAX_BRAKING, _BRAKING_SHARE * (astern + ahead) / self.craft.mass)
         """Deceleration to rely on [m/s2]."""
         self.every_way = self._allocation.every_way
         """Whether the boat can push sideways, too."""
@@ -98,7 +99,7 @@ class Pilot:
 
     def _moment(self, seen: Estimate, heading: float, turn: float) -> float:
         """About the centre of mass [N m]."""
-        wanted = clamp(turn + _HEADING_RATE * wrap_angle(heading - seen.heading), _FASTEST_TURN)
+        wanted = clamp(turn + _HEADING_RATE * wrap_angle(heading - seen.heading), _MAX_YAW_RATE)
         push = self.craft.inertia * _TURN_RATE * (wanted - seen.turn)
         return push + self.craft.turning_drag(wanted) - self._observed[2]
 

@@ -25,83 +25,89 @@ from vrx_mj.control.pilot import Moment
 from vrx_mj.runtime.timing import Pause
 
 _COLORS = ("red", "green", "blue", "yellow")
-_LOW, _HIGH = 0.9, 3.8
-"""From what height above the boat's origin [m] a panel is seen free of docks and buoys, and what it does not exceed."""
-_NEAR, _TALL = 18.0, 0.9
-"""Within that distance [m] a panel shows at least so much of its height [m], or it is something lower."""
-_NARROW, _WIDE = 1.4, 2.5
-"""Width of a panel [m]: VRX's are 2 m wide."""
-_THICK = 0.12
-"""Returns of a plane lie at most so far off it [m]: the lidar errs by 1 cm, and the dock rolls."""
-_MOST = 0.6
-"""Share of the returns that must lie on it: the rest may be of the panel behind."""
-_PICKED = 10
-"""Through so many of the returns planes are laid."""
-_SAME = 1.2
-"""Faces nearer than this [m] that look the same way are one."""
-_SHARE = 0.3
-"""Weight of the last look in a face's place."""
-_VIVID = 0.55
-"""Share of the brightest channel by which a symbol's or a lamp's colour leads; 0.3 of water, below 0.1 of panels.
-
-Fog of half the depth of colour halves it: there a symbol is read from nearer."""
-_FAINT = 40.0
-"""Brightness, of 255, below which nothing has a colour."""
-_LEANS = tuple(np.linspace(-0.3, 0.3, 9))
+"""Colours of symbols and lamps."""
+_PANEL_BOTTOM, _PANEL_TOP = 0.9, 3.8
+"""Heights above the boat's origin [m] between which panels are searched for: free of docks and buoys, not above
+panels."""
+_NEAR_RANGE, _MIN_HEIGHT = 18.0, 0.9
+"""Within this distance [m] a panel shows at least this much of its height [m]; if less, it is something lower."""
+_MIN_PANEL_WIDTH, _MAX_PANEL_WIDTH = 1.4, 2.5
+"""Least and largest width of a panel [m]: VRX's are 2 m wide."""
+_PLANE_TOLERANCE = 0.12
+"""Largest distance of returns from their plane [m]: the lidar errs by 1 cm, and the dock rolls."""
+_PLANE_SHARE = 0.6
+"""Least share of the returns that must lie on the plane: the rest may be of the panel behind."""
+_PLANE_SAMPLES = 10
+"""Number of returns through which planes are fitted."""
+_MATCH_RADIUS = 1.2
+"""Faces within this distance [m] that look the same way are one."""
+_LOOK_WEIGHT = 0.3
+"""Weight of the last look in the mean position of a face."""
+_MIN_SATURATION = 0.55
+"""Least saturation of a symbol or a lamp: that of water is 0.3, of panels below 0.1. Fog of half the depth of colour
+halves it: there a symbol is read from nearer."""
+_MIN_BRIGHTNESS = 40.0
+"""Brightness, of 255, below which a pixel has no colour."""
+_SIDE_SLOPES = tuple(np.linspace(-0.3, 0.3, 9))
 """Slopes that the sides of symbols may have in a picture, in waves."""
 
 OFF = "off"
-_LEAST = 4
-"""Pixels of one colour that make a lit lamp."""
-_PURE = 0.6
-"""Share of the vivid pixels that have the lamp's colour."""
-_GAP = 0.07
-"""What lies apart by more than this share of the picture's height are two things: of 2.8 m, lamp and box by 0.4 m."""
-_PERIOD = 0.5
-"""Between two looks of the lidar [s]."""
-_READING = 1.0
-"""Between two pictures of placards [s]."""
-_BLINKING = 0.4
-"""Between two pictures of the lights [s]: two or three in each colour's second."""
-_REACH = 120.0
-"""How far the lidar's returns are taken [m]."""
-_LEGIBLE = (5.0, 45.0)
-"""Distances at which a symbol is read [m]: nearer it does not fit into the picture, further it is 15 pixels."""
-_PLAIN = 25.0
-"""Distance at which a symbol is read in any haze of VRX's [m]."""
-_OBLIQUE = 1.0
-"""Largest angle [rad] off its axis from which a placard is read."""
-_FIELD = 0.6
+"""What `lamp_color` returns for a dark lamp."""
+_MIN_LAMP_PIXELS = 4
+"""Least number of pixels of one colour of a lit lamp."""
+_LAMP_PURITY = 0.6
+"""Least share of the vivid pixels that have the lamp's colour."""
+_PART_GAP = 0.07
+"""Share of the picture's height, 2.8 m, that separates two things: lamp and box are 0.4 m apart."""
+_LIDAR_PERIOD = 0.5
+"""Time between two looks with the lidar [s]."""
+_PICTURE_PERIOD = 1.0
+"""Time between two pictures of placards [s]."""
+_LIGHTS_PERIOD = 0.4
+"""Time between two pictures of the lights [s]: two or three in each colour's second."""
+_LIDAR_RANGE = 120.0
+"""Lidar returns from further off than this [m] are not used."""
+_READING_RANGE = (5.0, 45.0)
+"""Distances between which a symbol is read [m]: nearer it does not fit into the picture, further off it is 15
+pixels."""
+_PLAIN_VIEW_DISTANCE = 25.0
+"""Distance at which a symbol is read in all of VRX's fogs [m]."""
+_MAX_READING_ANGLE = 1.0
+"""Largest angle from its axis at which a placard is read [rad]."""
+_HALF_FIELD = 0.6
 """Half the angle [rad] in which something is well inside the picture: VRX's camera sees 0.7 to either side."""
-_READ, _LOOKS = 5, 12
-"""Symbols read that are enough, and pictures without one."""
+_ENOUGH_READINGS, _MAX_LOOKS = 5, 12
+"""Number of symbols read after which a placard is known, and of pictures without one after which it is not read
+again."""
 _GLANCES = 7
-"""Pictures of a tower that show whether it is lit: its period is 5 s, of which it is dark for 2."""
-_PANEL = (1.1, 1.4)
-"""Half the width and height [m] of what is looked at of a placard, about `_PANEL_HEIGHT`."""
+"""Pictures after which a tower is known to be lit or not: the period is 5 s, of which 2 s are dark."""
+_PANEL_HALF_SIZE = (1.1, 1.4)
+"""Half the width and height of the part of a placard that is examined, about `_PANEL_HEIGHT` [m]."""
 _PANEL_HEIGHT = 1.9
-"""[m]: symbols of 2022 are at 1.5, of 2018 at 2.35, with half a metre to either side."""
+"""Height of the middle of a symbol [m]: 1.5 in 2022, 2.35 in 2018, with half a metre to either side."""
 _LAMP_HEIGHT = 1.3
-"""Above the water [m], of the middle between the lamps, at 1.6, and the box below them, at 0.9: VRX's light buoy."""
-_LAMP = (0.35, 1.4)
-"""Half the width and height of what is looked at there [m]: the whole buoy, 0.5 m up or down in waves."""
-_LAMP_SIGHT = 60.0
-"""Distance from which a lit lamp is looked for in passing [m]."""
-_LAMP_PLAIN = 35.0
-"""What shows no colours from within this distance [m] is not a light buoy, in any haze of VRX's."""
-_LOW_TOWER, _HIGH_TOWER = 1.15, 3.2
-"""How high a light buoy rises [m]: VRX's 2.5, and a lidar may miss its top."""
-_TOWER = 2.6
-"""How wide it is at most [m]: VRX's float is 1.6 m square."""
-_DOUBT = 20.0
-"""What was seen so often counts as twice as far off as it is, see `Tower.far`."""
-_OFFSHORE = 4.0
-"""How far from all that is wider it must be [m]."""
-_DARK_FOR, _WATCHED = 7.0, 20.0
-"""What stays dark for so long [s], or shows no three colours in so long, is not a light buoy: its period is 5 s."""
+"""Height above water of the middle between a light buoy's lamps, at 1.6, and the box below them, at 0.9 [m]: VRX's."""
+_LAMP_HALF_SIZE = (0.35, 1.4)
+"""Half the width and height of the part of a picture that is examined there [m]: the buoy, 0.5 m up or down in
+waves."""
+_LAMP_SIGHT_RANGE = 60.0
+"""Distance within which the boat looks for a lit lamp in passing [m]."""
+_LAMP_PLAIN_DISTANCE = 35.0
+"""Something that shows no colours within this distance [m] is no light buoy, in any of VRX's fogs."""
+_MIN_TOWER_TOP, _MAX_TOWER_TOP = 1.15, 3.2
+"""Least and largest height of a light buoy's top [m]: VRX's is 2.5, and a lidar may miss its top."""
+_MAX_TOWER_WIDTH = 2.6
+"""Largest width of a light buoy [m]: VRX's float is 1.6 m square."""
+_DOUBT_LOOKS = 20.0
+"""A tower seen this many times counts as twice as far off as it is; see `Tower.far`."""
+_SHORE_GAP = 4.0
+"""Least distance of a light buoy from everything wider [m]."""
+_DARK_TIME, _WATCHING_TIME = 7.0, 20.0
+"""A tower that is dark for the first time, or shows no three colours in the second [s], is no light buoy: the period is
+5 s."""
 _BANK_CELL, _BANK_MEMORY, _BANK_REACH = 2.0, 20.0, 25.0
-"""Places of banks are distinct from so much [m] and kept for so long [s]: a flat beach near by is under the lidar's
-lowest ring; those further off than that [m] are left out."""
+"""Side of the cells in which places of banks are kept [m], for how long [s], and within which distance [m]. A flat
+beach near by is under the lidar's lowest ring."""
 
 
 @dataclass
@@ -125,7 +131,7 @@ class Face(Place):
 
     def is_like(self, other: "Face") -> bool:
         """Whether another is in the same place and looks the same way."""
-        return math.dist(self.place, other.place) < _SAME and math.cos(self.facing - other.facing) >= 0.5
+        return math.dist(self.place, other.place) < _MATCH_RADIUS and math.cos(self.facing - other.facing) >= 0.5
 
     def note(self, symbol: str, *, near: bool = True) -> None:
         """It was looked at, and this symbol read, or none; from afar that counts little, in haze."""
@@ -164,15 +170,15 @@ class FaceMap:
             if known is None:
                 self.faces.append(face)
                 continue
-            known.x += _SHARE * (face.x - known.x)
-            known.y += _SHARE * (face.y - known.y)
-            known.facing += _SHARE * math.remainder(face.facing - known.facing, math.tau)
+            known.x += _LOOK_WEIGHT * (face.x - known.x)
+            known.y += _LOOK_WEIGHT * (face.y - known.y)
+            known.facing += _LOOK_WEIGHT * math.remainder(face.facing - known.facing, math.tau)
             known.seen += 1
 
 
 def faces(points: FloatArray) -> list[Face]:
     """The faces of panels among level returns, (n, 3) [m] from the boat's origin; each faces the boat."""
-    high = points[points[:, 2] > _LOW]
+    high = points[points[:, 2] > _PANEL_BOTTOM]
     found = [_face(part) for part in connected_groups(high) if len(part) >= 5]
     return [face for face in found if face is not None]
 
@@ -180,10 +186,10 @@ def faces(points: FloatArray) -> list[Face]:
 def _face(points: FloatArray) -> Face | None:
     """The face of a panel; None of anything else."""
     level, heights = points[:, :2], points[:, 2]
-    if heights.max() > _HIGH or (np.hypot(*level.mean(axis=0)) < _NEAR and np.ptp(heights) < _TALL):
+    if heights.max() > _PANEL_TOP or (np.hypot(*level.mean(axis=0)) < _NEAR_RANGE and np.ptp(heights) < _MIN_HEIGHT):
         return None
     on_it = _on_a_line(level)
-    if on_it.mean() < _MOST:
+    if on_it.mean() < _PLANE_SHARE:
         return None
     level = level[on_it]
     middle = level.mean(axis=0)
@@ -191,7 +197,7 @@ def _face(points: FloatArray) -> Face | None:
     along, normal = axes[:, 1], axes[:, 0]
     spread = (level - middle) @ along
     width = float(spread.max() - spread.min())
-    if not _NARROW < width < _WIDE:
+    if not _MIN_PANEL_WIDTH < width < _MAX_PANEL_WIDTH:
         return None
     x, y = middle + along * (spread.max() + spread.min()) / 2.0
     if normal @ (x, y) > 0.0:
@@ -205,20 +211,20 @@ def _on_a_line(level: FloatArray) -> BoolArray:
     Lines are tried through pairs of points that are far apart in the order of their direction from the boat.
     """
     order = np.argsort(np.arctan2(level[:, 1], level[:, 0]))
-    picked = level[order[np.linspace(0, len(level) - 1, min(len(level), _PICKED)).round().astype(int)]]
+    picked = level[order[np.linspace(0, len(level) - 1, min(len(level), _PLANE_SAMPLES)).round().astype(int)]]
     best = np.zeros(len(level), bool)
     for row, one in enumerate(picked):
         for other in picked[row + 1 :]:
             gap = float(np.hypot(*(other - one)))
-            if gap > _NARROW / 2.0:
+            if gap > _MIN_PANEL_WIDTH / 2.0:
                 east, north = (other - one) / gap
-                close = np.abs((level[:, 1] - one[1]) * east - (level[:, 0] - one[0]) * north) < _THICK
+                close = np.abs((level[:, 1] - one[1]) * east - (level[:, 0] - one[0]) * north) < _PLANE_TOLERANCE
                 if close.sum() > best.sum():
                     best = close
     return best
 
 
-def _vivid(pixels: ByteArray, *, lead: float = _VIVID) -> IntArray:
+def _vivid(pixels: ByteArray, *, lead: float = _MIN_SATURATION) -> IntArray:
     """The colour of pixels, (..., 3) of 0 to 255: its number in red, green, blue, yellow, or -1 for none of them."""
     seen = np.asarray(pixels, np.float64)
     red, green, blue = seen[..., 0], seen[..., 1], seen[..., 2]
@@ -229,7 +235,7 @@ def _vivid(pixels: ByteArray, *, lead: float = _VIVID) -> IntArray:
     yellow = (blue == least) & (middle > 0.6)
     pure = (middle < 0.6) | yellow
     code = np.where(yellow, 3, code)
-    return np.where((gap > lead * most) & (most > _FAINT) & pure, code, -1)
+    return np.where((gap > lead * most) & (most > _MIN_BRIGHTNESS) & pure, code, -1)
 
 
 def _counts(codes: IntArray) -> list[int]:
@@ -237,7 +243,7 @@ def _counts(codes: IntArray) -> list[int]:
     return [int((codes == code).sum()) for code in range(len(_COLORS))]
 
 
-def symbol_in(window: ByteArray, *, lead: float = _VIVID) -> str:
+def symbol_in(window: ByteArray, *, lead: float = _MIN_SATURATION) -> str:
     """The symbol in a picture of a placard, as red_circle; empty without one.
 
     The colour is that of most vivid pixels, the shape follows from how much of its bounding box it fills (rectangle
@@ -261,9 +267,9 @@ def symbol_in(window: ByteArray, *, lead: float = _VIVID) -> str:
 def _fill(mask: BoolArray) -> float:
     """How much a mask fills of the parallelogram about it: seen from aside by a boat that rolls, a square is one."""
     down, right = np.nonzero(mask)
-    heights = {lean: np.ptp(down + lean * right) + 1.0 for lean in _LEANS}
-    widths = {lean: np.ptp(right + lean * down) + 1.0 for lean in _LEANS}
-    areas = [heights[one] * widths[other] / (1.0 - one * other) for one in _LEANS for other in _LEANS]
+    heights = {lean: np.ptp(down + lean * right) + 1.0 for lean in _SIDE_SLOPES}
+    widths = {lean: np.ptp(right + lean * down) + 1.0 for lean in _SIDE_SLOPES}
+    areas = [heights[one] * widths[other] / (1.0 - one * other) for one in _SIDE_SLOPES for other in _SIDE_SLOPES]
     return len(down) / float(min(areas))
 
 
@@ -289,7 +295,7 @@ def lamp_color(window: ByteArray) -> str:
     """
     codes = _vivid(window)
     rows = np.nonzero((codes >= 0).any(axis=1))[0]
-    parts = [codes[part] for part in np.split(rows, np.nonzero(np.diff(rows) > _GAP * len(codes))[0] + 1)]
+    parts = [codes[part] for part in np.split(rows, np.nonzero(np.diff(rows) > _PART_GAP * len(codes))[0] + 1)]
     colors = [color for color in map(_color, parts) if color]
     return colors[0] if len(colors) > 1 or colors[:1] not in ([], ["yellow"]) else OFF
 
@@ -298,7 +304,7 @@ def _color(codes: IntArray) -> str:
     """The colour of most of the vivid pixels; empty without any."""
     counts = _counts(codes)
     most = int(np.argmax(counts))
-    return _COLORS[most] if counts[most] >= max(_LEAST, _PURE * sum(counts)) else ""
+    return _COLORS[most] if counts[most] >= max(_MIN_LAMP_PIXELS, _LAMP_PURITY * sum(counts)) else ""
 
 
 def sequence(seen: Sequence[tuple[float, str]]) -> list[str] | None:
@@ -345,7 +351,7 @@ class Tower:
 
     def far(self, seen: Estimate) -> float:
         """How far off it is [m], more so if it was hardly seen: of a shore a lidar sees now this stone, now that."""
-        return seen.to(*self.place)[0] * (1.0 + _DOUBT / self.seen)
+        return seen.to(*self.place)[0] * (1.0 + _DOUBT_LOOKS / self.seen)
 
 
 class DockLookout:
@@ -375,19 +381,19 @@ class DockLookout:
     def look(self, now: Moment, *, near_only: bool = False) -> None:
         """Look, if it is time to; `near_only` is for who has found the bay and needs no more but where that is."""
         seen, t = now.seen, now.t
-        points = lidar_points(now, self._look_pause, _PERIOD, reach=30.0 if near_only else _REACH)
+        points = lidar_points(now, self._look_pause, _LIDAR_PERIOD, reach=30.0 if near_only else _LIDAR_RANGE)
         if points is None:
             return
         self._map.see(seen.place, faces(points))
         if near_only:
             return
         self._note_banks(points, seen, t)
-        free, wide = standing_free(points, high=4.0, widest=_TOWER, apart=_OFFSHORE)
+        free, wide = standing_free(points, high=4.0, widest=_MAX_TOWER_WIDTH, apart=_SHORE_GAP)
         for cluster in free:
             self._note_tower(cluster, seen)
         for tower in self._towers:
             east, north = tower.place[0] - seen.x, tower.place[1] - seen.y
-            if len(wide) and float(np.hypot(wide[:, 0] - east, wide[:, 1] - north).min()) < _OFFSHORE:
+            if len(wide) and float(np.hypot(wide[:, 0] - east, wide[:, 1] - north).min()) < _SHORE_GAP:
                 tower.seen = max(1, tower.seen - 1)
         if self._picture_pause.is_over(t):
             self._read_signs(now)
@@ -396,21 +402,21 @@ class DockLookout:
         """Take one more look at a tower's lamps, if it is time to; the three colours once they are known."""
         boat, seen, _, t = now
         shows, camera = tower.shows, camera_ahead(boat)
-        if shows and t < shows[-1][0] + _BLINKING - 1e-6:
+        if shows and t < shows[-1][0] + _LIGHTS_PERIOD - 1e-6:
             return None
         if camera is None:
             tower.dark = True
             return None
-        window = cutout(boat.sensors[camera], seen, (*tower.place, _LAMP_HEIGHT), _LAMP)
+        window = cutout(boat.sensors[camera], seen, (*tower.place, _LAMP_HEIGHT), _LAMP_HALF_SIZE)
         shows.append((t, lamp_color(window) if window is not None else OFF))
         tower.colors |= {shows[-1][1]} - {OFF}
-        tower.dark = t - shows[0][0] > (_WATCHED if tower.lit else _DARK_FOR)
+        tower.dark = t - shows[0][0] > (_WATCHING_TIME if tower.lit else _DARK_TIME)
         return sequence(shows)
 
     # Inside
 
     def _note_tower(self, cluster: Cluster, seen: Estimate) -> None:
-        if not _LOW_TOWER < cluster.top < _HIGH_TOWER:
+        if not _MIN_TOWER_TOP < cluster.top < _MAX_TOWER_TOP:
             return
         place = (seen.x + cluster.x, seen.y + cluster.y)
         for tower in self._towers:
@@ -436,28 +442,28 @@ class DockLookout:
         camera = camera_ahead(boat)
         if not (signs or towers) or camera is None:
             return
-        self._picture_pause.begin(t, _READING)
+        self._picture_pause.begin(t, _PICTURE_PERIOD)
         reading = boat.sensors[camera]
         for face in signs:
-            window = cutout(reading, seen, (face.x, face.y, _PANEL_HEIGHT), _PANEL)
+            window = cutout(reading, seen, (face.x, face.y, _PANEL_HEIGHT), _PANEL_HALF_SIZE)
             if window is not None:
-                face.note(symbol_in(window), near=seen.to(*face.place)[0] < _PLAIN)
+                face.note(symbol_in(window), near=seen.to(*face.place)[0] < _PLAIN_VIEW_DISTANCE)
         for tower in towers:
-            window = cutout(reading, seen, (*tower.place, _LAMP_HEIGHT), _LAMP)
+            window = cutout(reading, seen, (*tower.place, _LAMP_HEIGHT), _LAMP_HALF_SIZE)
             if window is not None:
-                tower.looks += seen.to(*tower.place)[0] < _LAMP_PLAIN
+                tower.looks += seen.to(*tower.place)[0] < _LAMP_PLAIN_DISTANCE
                 tower.colors |= {lamp_color(window)} - {OFF}
                 tower.dark = tower.looks >= _GLANCES and not tower.lit
 
 
 def _legible(face: Face, seen: Estimate) -> bool:
     distance, bearing = seen.to(*face.place)
-    if not _LEGIBLE[0] < distance < _LEGIBLE[1] or abs(wrap_angle(bearing - seen.heading)) > _FIELD:
+    if not _READING_RANGE[0] < distance < _READING_RANGE[1] or abs(wrap_angle(bearing - seen.heading)) > _HALF_FIELD:
         return False
-    unread = sum(face.votes.values()) < _READ and face.looks < _LOOKS
-    return unread and abs(wrap_angle(bearing + math.pi - face.facing)) < _OBLIQUE
+    unread = sum(face.votes.values()) < _ENOUGH_READINGS and face.looks < _MAX_LOOKS
+    return unread and abs(wrap_angle(bearing + math.pi - face.facing)) < _MAX_READING_ANGLE
 
 
 def _in_view(tower: Tower, seen: Estimate) -> bool:
     distance, bearing = seen.to(*tower.place)
-    return distance < _LAMP_SIGHT and abs(wrap_angle(bearing - seen.heading)) < _FIELD
+    return distance < _LAMP_SIGHT_RANGE and abs(wrap_angle(bearing - seen.heading)) < _HALF_FIELD

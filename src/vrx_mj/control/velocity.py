@@ -24,16 +24,35 @@ if TYPE_CHECKING:
     from vrx_mj.runtime.hull import Hull, Propeller, Rudder
     from vrx_mj.runtime.observation import BoatObservation
 
-_STEERING = math.radians(60.0)
-"""A thruster that turns this far either way can push across the hull."""
-_IDLE = 2.0
-"""Below this force [N] a thruster that steers keeps straight, so that it does not turn about nothing."""
-_INDEPENDENT = 0.1
+_STEERING_ANGLE = math.radians(60.0)
+"""A thruster that turns this far either way [rad] can push across the hull."""
+_IDLE_FORCE = 2.0
+"""A steered thruster with less force than this [N] is kept straight, so that its angle does not jitter."""
+_MIN_CONDITION = 0.1
 """Thrusters push every way if the least singular value of their columns is above this share of the largest."""
-_SLACK = 1e-9
-"""Rounding of forces [N] and angles [rad]."""
-_HALVINGS = 12
-"""Halvings of the interval in which a share is sought: to 1/4096."""
+_ROUNDING = 1e-9
+"""Tolerance for rounding of forces [N] and angles [rad]."""
+_SHARE_HALVINGS = 12
+"""Halvings of the interval in which a share of the force is sought: to 1/4096."""
+_MIN_RUDDER_SLOPE = 1e-9
+"""A rudder with less moment per radian than this [N m] is left amidships."""
+_MASS_TOLERANCE = 0.2
+"""Share by which the mass of a boat with a WAM-V's drag may differ from the WAM-V's of the gains: its layouts differ by
+14 %, and its payloads by as much."""
+_SURGE_RATE = 1.2
+"""Rate at which errors of surge speed decay [1/s]: a sixth of what calls at 10 Hz would allow."""
+_SWAY_RATE = 1.2
+"""Rate at which errors of sway decay [1/s]: that of surge."""
+_TURN_RATE = 2.5
+"""Rate at which errors of yaw rate decay [1/s]: twice that of surge, as guidance steers through this loop."""
+_SATURATION = 1.0
+"""Thrusters that miss the commanded force or moment by more than this [N, N m] are at their limits."""
+_SWAY_HALVINGS = 6
+"""Halvings of the interval in which the share of the force to port is sought: to 1/64."""
+_MAX_TOP_SPEED, _SPEED_HALVINGS = 1024.0, 40
+"""Largest top speed of a boat [m/s], and halvings of the interval in which it is sought."""
+_INTEGRAL_SHARE = 0.2
+"""Gain of the integral as a share of the rate [1/s]: it takes over wind and unknown drag in some 5 s."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +83,7 @@ class Allocation:
         if steer is None:
             steer = not _pushes_every_way(_columns(self._thrusters, (), centre))
         chosen = self._thrusters if steer is True else steer or ()
-        able = [name for name in chosen if self._thrusters[name].max_angle >= _STEERING]
+        able = [name for name in chosen if self._thrusters[name].max_angle >= _STEERING_ANGLE]
         self._matrix = _columns(self._thrusters, able, centre)
         self._inverse: FloatArray = np.asarray(np.linalg.pinv(self._matrix, rcond=1e-3), np.float64)
         self._slices: list[tuple[str, slice]] = []
@@ -102,7 +121,7 @@ class Allocation:
             forces = base + share * more
             return all(_within(forces[own].tolist(), self._thrusters[name]) for name, own in self._slices)
 
-        return largest_share(is_given, _HALVINGS)
+        return largest_share(is_given, _SHARE_HALVINGS)
 
 
 def largest_share(holds: Callable[[float], bool], halvings: int) -> float:
@@ -121,7 +140,7 @@ def _pushes_every_way(matrix: FloatArray) -> bool:
     if matrix.shape[1] < 3:
         return False
     sizes = np.linalg.svd(matrix, compute_uv=False)
-    return bool(sizes[-1] > _INDEPENDENT * sizes[0])
+    return bool(sizes[-1] > _MIN_CONDITION * sizes[0])
 
 
 def _columns(thrusters: "Mapping[str, Propeller]", steered: Sequence[str], centre: float) -> FloatArray:
@@ -140,8 +159,8 @@ def _within(force: Sequence[float], thruster: "Propeller") -> bool:
     """Whether a thruster can give a force [N] along its line, or along and across it."""
     along, *across = force
     angle, along = _angle_and_force(along, across[0], thruster.max_angle) if across else (0.0, along)
-    in_range = thruster.max_reverse - _SLACK <= along <= thruster.max_forward + _SLACK
-    return in_range and abs(angle) <= thruster.max_angle + _SLACK
+    in_range = thruster.max_reverse - _ROUNDING <= along <= thruster.max_forward + _ROUNDING
+    return in_range and abs(angle) <= thruster.max_angle + _ROUNDING
 
 
 def _angle_and_force(along: float, across: float, reach: float) -> tuple[float, float]:
@@ -150,34 +169,12 @@ def _angle_and_force(along: float, across: float, reach: float) -> tuple[float, 
     It pushes astern where it turns less far for it, or cannot turn far enough; in between, it goes on ahead.
     """
     force = math.hypot(along, across)
-    if force < _IDLE:
+    if force < _IDLE_FORCE:
         return 0.0, along
     angle = math.atan2(across, along)
     if abs(angle) <= min(reach, math.pi / 2):
         return angle, force
     return angle - math.copysign(math.pi, angle), -force
-
-
-_NO_SLOPE = 1e-9
-"""A rudder whose moment per radian is less [N m] turns nothing."""
-_TUNED = 0.2
-"""Share by which the mass of a boat with a WAM-V's drag may differ from the WAM-V's of the gains: its layouts differ by
-14 %, and its payloads by as much."""
-
-_SURGE_RATE = 1.2
-"""How fast an error of surge speed dies [1/s]: a sixth of what calls at 10 Hz would allow."""
-_SWAY_RATE = 1.2
-"""How fast an error of sway dies [1/s]: as that of surge."""
-_TURN_RATE = 2.5
-"""How fast an error of yaw rate dies [1/s]; twice as fast, for a guidance that steers by it goes around this loop."""
-_SHORTFALL = 1.0
-"""Thrusters that miss what is asked of them by more than this [N, N m] are at their limits."""
-_SWAY_HALVINGS = 6
-"""Halvings of the interval in which the share of the force to port is sought: to 1/64."""
-_FASTEST, _SPEEDS = 1024.0, 40
-"""No boat is faster [m/s]; halvings of the interval in which its top speed is sought."""
-_INTEGRAL = 0.2
-"""What the integral takes over of that each second, as a share of the rate: wind and unknown drag, in some 5 s."""
 
 
 @dataclass(frozen=True)
@@ -223,7 +220,7 @@ class Craft:
         for name, rudder in self.rudders.items():
             arm = self.centre - rudder.position[0]
             slope = arm * rudder.force_slope(speed, thrust) * len(self.rudders)
-            angle = -moment / slope if abs(slope) > _NO_SLOPE else 0.0
+            angle = -moment / slope if abs(slope) > _MIN_RUDDER_SLOPE else 0.0
             commands[f"{name}_angle"] = clamp(angle, rudder.max_angle)
         return commands
 
@@ -237,9 +234,9 @@ class Craft:
             return force * left >= self.drag(speed, 0.0)[0]
 
         most = 1.0
-        while is_reached(most) and most < _FASTEST:
+        while is_reached(most) and most < _MAX_TOP_SPEED:
             most *= 2.0
-        return most * largest_share(lambda share: is_reached(share * most), _SPEEDS)
+        return most * largest_share(lambda share: is_reached(share * most), _SPEED_HALVINGS)
 
 
 def steady_rate(drag: tuple[float, float], push: float) -> float:
@@ -324,7 +321,7 @@ def _is(wamv: Craft, hull: "Hull") -> bool:
     """Whether a hull has a WAM-V's drag, and nearly its mass."""
     drags = [(hull.drag_linear[axis], hull.drag_quadratic[axis]) for axis in (0, 1, 5)]
     alike = drags == [wamv.surge_drag, wamv.sway_drag, wamv.yaw_drag]
-    return alike and abs(hull.mass - wamv.mass) <= _TUNED * wamv.mass
+    return alike and abs(hull.mass - wamv.mass) <= _MASS_TOLERANCE * wamv.mass
 
 
 class VelocityKeeper:
@@ -367,7 +364,7 @@ class VelocityKeeper:
         """The force ahead goes before that to port, which is made less where the thrusters cannot give both."""
 
         def reaches(share: float) -> bool:
-            return sway == 0.0 or abs(self._allocation(force, share * sway, moment).surge - force) < _SHORTFALL
+            return sway == 0.0 or abs(self._allocation(force, share * sway, moment).surge - force) < _SATURATION
 
         return self._allocation(force, largest_share(reaches, _SWAY_HALVINGS) * sway, moment)
 
@@ -381,7 +378,7 @@ class VelocityKeeper:
             return
         rates = (_SURGE_RATE, _SWAY_RATE, _TURN_RATE)
         surge, sway, turn = (
-            pushed + rate * _INTEGRAL * interval * (error if abs(given - wanted) < _SHORTFALL else 0.0)
+            pushed + rate * _INTEGRAL_SHARE * interval * (error if abs(given - wanted) < _SATURATION else 0.0)
             for pushed, rate, (error, wanted, given) in zip(self._pushed, rates, axes, strict=True)
         )
         self._pushed = (surge, sway, turn)

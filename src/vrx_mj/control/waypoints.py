@@ -10,12 +10,41 @@ from vrx_mj.control.pilot import Commands, Moment, Pilot, Skipper
 if TYPE_CHECKING:
     from vrx_mj.runtime.task_runner import TaskObservation
 
-_NEAR = 6.0
-"""Within this distance [m] of its place a boat turns to the heading that it is to have, beyond it goes there bow first.
-
-The turn takes the WAM-V 7 s at most and the rest of the way as long; at 6 m the heading weighs 0.18 in the score."""
-_NEAR_WITHOUT_SWAY = 1.0
-"""Distance from its place, in its lengths, within which a boat that cannot push sideways turns, if it can."""
+_TURNING_DISTANCE = 6.0
+"""Within this distance of its place [m] a boat turns to the wanted heading; beyond, it goes there bow first. The turn
+takes the WAM-V 7 s at most and the rest of the way as long; at 6 m the heading weighs 0.18 in the score."""
+_TURNING_LENGTHS = 1.0
+"""Turning distance, in lengths, of a boat that cannot push sideways."""
+_GOOD_ERROR = 0.08
+"""Error [m] below which the boat goes on to the next waypoint: 5 cm and 2 degrees."""
+_FAIR_ERROR = 0.25
+"""Error [m] below which a waypoint is not visited again."""
+_WAYPOINT_TIME = 12.0
+"""Longest time spent near one waypoint [s]: a half turn takes 7 s."""
+_WAYPOINT_RADIUS = 4.0
+"""Distance from a waypoint within which that time counts [m]."""
+_SENSES = {"platypus": -1.0, "turtle": 1.0}
+"""Sense of the circle around each kind of animal: clockwise -1, counter-clockwise 1."""
+_CIRCLE_RADIUS = 5.5
+"""Radius of the circles [m]: half of what engages, so that neither a gust nor the boat's length spoils it."""
+_MIN_RADIUS = 4.0
+"""Least radius of a circle beside a crocodile [m]: the boat's length allows no less without touching the animal."""
+_ENGAGED_DISTANCE = 9.0
+"""Distance from an animal within which circling surely counts [m]; the task demands 10 m, in space."""
+_CROCODILE_CLEARANCE = 13.0
+"""Distance to keep from a crocodile [m]: what engages it, and 3 m for what it swims between two messages."""
+_CLEARANCE = 5.0
+"""Distance to keep from other animals on the way [m]: a boat's length."""
+_FIELD_WIDTH = 3.0
+"""Distance from a circle at which the course is 45 degrees toward it [m]."""
+_MIN_CLEARANCE = 3.0
+"""Least distance to keep from any animal [m]."""
+_MAX_CENTRIPETAL = 0.55
+"""Largest acceleration in a circle [m/s2]: 160 N for the WAM-V."""
+_FULL_CIRCLE = math.tau + math.radians(30.0)
+"""Angle around an animal that completes a circle [rad]: all eight gates, and a margin for where the first was."""
+_MAX_CRAB_ANGLE = math.radians(50.0)
+"""Largest angle by which the bow points into the circle [rad]."""
 
 
 class Berth:
@@ -27,7 +56,7 @@ class Berth:
     def hold(self, pilot: Pilot, now: Moment, place: Point, heading: float) -> Commands:
         """Commands to be at a place [m] with a heading [rad]."""
         distance, bearing = now.seen.to(*place)
-        limit = _NEAR if pilot.every_way else _NEAR_WITHOUT_SWAY * pilot.craft.length
+        limit = _TURNING_DISTANCE if pilot.every_way else _TURNING_LENGTHS * pilot.craft.length
         self._near = distance < (1.5 * limit if self._near else limit)  # no turning to and fro at the limit
         return pilot.hold(now.seen, now.t, *place, heading if self._near else bearing)
 
@@ -56,16 +85,6 @@ class StationKeeper(Skipper):
         return self._berth.hold(self.pilot, now, place, wrap_angle(heading))
 
 
-_GOOD = 0.08
-"""An error [m] good enough to go on to the next waypoint: 5 cm and 2 degrees."""
-_FAIR = 0.25
-"""An error [m] with which a waypoint need not be visited again."""
-_WAYPOINT_TIME = 12.0
-"""How long a waypoint is tried for, once near [s]: a half turn takes 7 s."""
-_CLOSE = 4.0
-"""Distance from a waypoint within which that time runs [m]."""
-
-
 def waypoint_error(seen: Estimate, place: Point, heading: float) -> float:
     """The error [m] that wayfinding keeps the least of: e = d + 0.75^d h of the distance d [m] and heading error h."""
     distance, _ = seen.to(*place)
@@ -75,8 +94,8 @@ def waypoint_error(seen: Estimate, place: Point, heading: float) -> float:
 class WaypointFollower(Skipper):
     """Visits all waypoints on the shortest way and stops at each, since the least error at each is scored.
 
-    A waypoint is finished when the error is below `_GOOD`, or after `_WAYPOINT_TIME`. The remaining time is used for
-    those with the largest errors. The approach is that of `Berth`: bow first, then the heading; braking limits the
+    A waypoint is finished when the error is below `_GOOD_ERROR`, or after `_WAYPOINT_TIME`. The remaining time is used
+    for those with the largest errors. The approach is that of `Berth`: bow first, then the heading; braking limits the
     speed.
     """
 
@@ -113,9 +132,9 @@ class WaypointFollower(Skipper):
         errors = [waypoint_error(seen, *pose) for pose in self._poses]
         self._least = list(map(min, self._least, errors))
         here = self._order[0]
-        if seen.to(*self._poses[here][0])[0] < _CLOSE:
+        if seen.to(*self._poses[here][0])[0] < _WAYPOINT_RADIUS:
             self._since = min(self._since, t)
-        if errors[here] < _GOOD or t - self._since > _WAYPOINT_TIME:
+        if errors[here] < _GOOD_ERROR or t - self._since > _WAYPOINT_TIME:
             self._go_on(here)
 
     def _go_on(self, here: int) -> None:
@@ -124,32 +143,8 @@ class WaypointFollower(Skipper):
             self._order.pop(0)
         else:
             worst = max(range(len(self._poses)), key=lambda number: self._least[number])
-            self._order = [worst if self._least[worst] > _FAIR else here]
+            self._order = [worst if self._least[worst] > _FAIR_ERROR else here]
         self._since, self._berth = math.inf, Berth()
-
-
-_SENSES = {"platypus": -1.0, "turtle": 1.0}
-"""Senses of the circles: clockwise and counter-clockwise."""
-_RADIUS = 5.5
-"""Radius of the circles [m]: half of what engages, so that neither a gust nor the boat's own length spoils it."""
-_TIGHT = 4.0
-"""Radius of a circle beside a crocodile [m]: as small as the boat's length allows without touching the animal."""
-_ENGAGED = 9.0
-"""Within this distance [m] a way around an animal counts for sure; the task demands 10 m, in space."""
-_CLEARANCE = 13.0
-"""Distance from a crocodile [m]: what engages it, and 3 m for what it swims between two messages."""
-_ROOM = 5.0
-"""Distance from animals on the way [m]: a boat's length."""
-_WIDTH = 3.0
-"""This far off a circle [m] the course is 45 degrees toward it."""
-_TOUCH = 3.0
-"""Least distance from anything [m]."""
-_CENTRIPETAL = 0.55
-"""Acceleration in a circle at most [m/s2]: 160 N for the WAM-V."""
-_CLOSED = math.tau + math.radians(30.0)
-"""How far around [rad] is enough: all eight gates, and a margin for where the first was."""
-_CRAB = math.radians(50.0)
-"""The bow points at most this far into the circle [rad]."""
 
 
 class WildlifeCircler(Skipper):
@@ -157,7 +152,7 @@ class WildlifeCircler(Skipper):
 
     A vector field leads into the circle and along it. A catamaran has hardly any drag sideways, so thrust must give the
     centripetal force. The bow therefore points into the circle, along the sum of the forces against drag and toward
-    the centre, and the main thrusters give all of it. Its speed is what `_CENTRIPETAL` allows.
+    the centre, and the main thrusters give all of it. Its speed is what `_MAX_CENTRIPETAL` allows.
     """
 
     def begin(self) -> None:
@@ -176,7 +171,7 @@ class WildlifeCircler(Skipper):
         if not self._order:
             return self.stop(now)
         self._sweep(now.seen, *animals[self._order[0]])
-        if self._swept > _CLOSED:
+        if self._swept > _FULL_CIRCLE:
             self._order.pop(0)
             self._bearing, self._swept = None, 0.0
             return self.steer(now)
@@ -185,9 +180,9 @@ class WildlifeCircler(Skipper):
     def _sweep(self, seen: Estimate, name: str, centre: Point) -> None:
         """Add up the way around [rad]; away from the animal, or the wrong way, it starts over."""
         distance, bearing = seen.to(*centre)
-        if distance > _ENGAGED or self._swept < 0.0:
+        if distance > _ENGAGED_DISTANCE or self._swept < 0.0:
             self._swept, self._bearing = 0.0, None
-        if distance <= _ENGAGED:
+        if distance <= _ENGAGED_DISTANCE:
             if self._bearing is not None:
                 self._swept += _SENSES[name] * wrap_angle(bearing - self._bearing)
             self._bearing = bearing
@@ -202,16 +197,16 @@ class WildlifeCircler(Skipper):
         aim = around(here, centre, discs)
         if aim != centre:
             return self.sail(now, speed, seen.to(*aim)[1])
-        ahead = orbit((here[0] - centre[0], here[1] - centre[1]), radius, sense, _WIDTH)
+        ahead = orbit((here[0] - centre[0], here[1] - centre[1]), radius, sense, _FIELD_WIDTH)
         return self._along(now, centre, radius, (ahead[0] * speed, ahead[1] * speed), sense)
 
     def _along(self, now: Moment, centre: Point, radius: float, velocity: Point, sense: float) -> Commands:
         """Sail with a velocity that turns as the circle does, the bow along the force that it takes."""
         distance, bearing = now.seen.to(*centre)
         speed = math.hypot(*velocity)
-        inward = speed * speed / radius if distance < radius + 2.0 * _WIDTH else 0.0
+        inward = speed * speed / radius if distance < radius + 2.0 * _FIELD_WIDTH else 0.0
         drag, _ = self.pilot.craft.drag(speed, 0.0)
-        crab = min(_CRAB, math.atan2(self.pilot.craft.mass * inward, drag))
+        crab = min(_MAX_CRAB_ANGLE, math.atan2(self.pilot.craft.mass * inward, drag))
         return self.pilot.sail(
             now.seen,
             now.t,
@@ -224,16 +219,16 @@ class WildlifeCircler(Skipper):
     @staticmethod
     def _radius(centre: Point, animals: list[tuple[str, Point]]) -> float:
         """Radius of a circle [m]: smaller beside a crocodile."""
-        free = [math.dist(centre, place) - _CLEARANCE + 1.0 for name, place in animals if name not in _SENSES]
-        return max(_TIGHT, min([_RADIUS, *free]))
+        free = [math.dist(centre, place) - _CROCODILE_CLEARANCE + 1.0 for name, place in animals if name not in _SENSES]
+        return max(_MIN_RADIUS, min([_CIRCLE_RADIUS, *free]))
 
     def _speed(self, off: float, radius: float) -> float:
         """Speed [m/s] at a distance `off` from the circle [m]."""
-        circling = math.sqrt(_CENTRIPETAL * radius)
-        braked = math.sqrt(circling**2 + 2.0 * self.pilot.braking * max(0.0, off - _WIDTH))
+        circling = math.sqrt(_MAX_CENTRIPETAL * radius)
+        braked = math.sqrt(circling**2 + 2.0 * self.pilot.braking * max(0.0, off - _FIELD_WIDTH))
         return min(braked, 0.95 * self.pilot.top_speed)
 
 
 def _clearance(name: str, apart: float) -> float:
     """How far [m] to stay from an animal that is so far from the one to circle: not so far that no circle fits."""
-    return max(_TOUCH, min(_ROOM if name in _SENSES else _CLEARANCE, apart - _TIGHT - 1.5))
+    return max(_MIN_CLEARANCE, min(_CLEARANCE if name in _SENSES else _CROCODILE_CLEARANCE, apart - _MIN_RADIUS - 1.5))

@@ -25,6 +25,8 @@ _SETTINGS = {
     "axes.axisbelow": True, "axes.spines.top": False, "axes.spines.right": False, "lines.markersize": 5,
 }  # fmt: skip
 """Settings of matplotlib: texts stay texts, and the same chart gives the same SVG."""
+_SHARED = "campaign"
+"""Folder of the style that all pages have."""
 
 
 @dataclass(frozen=True)
@@ -96,10 +98,6 @@ def _figure(chart: Chart) -> "Figure":
     for text in axes.legend(handles=list(named.values()), framealpha=0.7).get_texts():
         text.set(**literal)
     return figure
-
-
-_SHARED = "campaign"
-"""Folder of the style that all pages have."""
 
 
 def page_environment(folder: str) -> Environment:

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 _Point = tuple[float, float]
 _DARK = ("off", "off", "off")
+_NO_FLEET = "single"
+"""What the compiler calls the one boat of a world without a fleet."""
 
 
 @dataclass(frozen=True)
@@ -256,8 +258,6 @@ def _showings(task: tasks.Task | None, poses: Mapping[str, Pose]) -> Iterator[Sh
 
 Rgb = tuple[float, float, float]
 
-_NO_FLEET = "single"
-"""What the compiler calls the one boat of a world without a fleet."""
 _EMPTY = Course()
 
 

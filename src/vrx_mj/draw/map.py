@@ -33,6 +33,10 @@ _LARGEST = 16384
 """Width and height of a map, at most [px]."""
 _AXIS = 75
 """Width of the y axis's numbers and name, on a small map [px]."""
+_WIND_COLOR, _WAVE_COLOR, _FRAME_COLOR = "#c2571a", "#1b6f94", "#d1495b"
+_LEGEND_ROWS = 16
+_FEW_BOATS = 4
+"""Most boats that the legend names."""
 
 
 def draw_map(scene: MapScene, path: str | Path, size: tuple[int, int] = (1600, 1100)) -> None:
@@ -94,12 +98,6 @@ def chart(scene: MapScene, size: tuple[int, int]) -> Figure:
     _overview(figure.add_axes((0.765, 0.06, 0.215, 0.24)), scene, view)
     canvas.draw()
     return figure
-
-
-_WIND_COLOR, _WAVE_COLOR, _FRAME_COLOR = "#c2571a", "#1b6f94", "#d1495b"
-_LEGEND_ROWS = 16
-_FEW_BOATS = 4
-"""Most boats that the legend names."""
 
 
 def _compass(axes: Axes, scene: MapScene) -> None:

@@ -38,6 +38,21 @@ _LONELY = 80.0
 """An object with nothing within this distance [m] is far from everything."""
 _SMALL_COURSE = 70.0
 """A course of less than this many pixels gets one name for all its parts."""
+_GATE, _RIGHT, _WRONG, _PATH, _BEACON = "#0f7b5f", "#2a9d3a", "#77818a", "#5a4fa3", "#b3261e"
+_AVOID, _CIRCLE = "#c0392b", "#1c6fb5"
+_DISC = 15.0
+"""Diameter of a gate's number [px]."""
+_GOALS = {
+    "avoid": (_AVOID, 0, "keep away"),
+    "circumnavigate_clockwise": (_CIRCLE, -1, "circle clockwise"),
+    "circumnavigate_counterclockwise": (_CIRCLE, 1, "circle counter-clockwise"),
+}
+"""Goals of animals: colour, sense of the circle (1: counter-clockwise), and what to do, in words."""
+_SYMBOL_MARKS = {"circle": "o", "cross": "P", "triangle": "^", "rectangle": "s"}
+_ARROWS = 3
+"""Arrows on a circle."""
+_LAMPS = 15.0
+"""Height of a light buoy's colours over it [px]."""
 
 
 def view_of(scene: MapScene, aspect: float) -> Box:
@@ -179,22 +194,6 @@ def ground(axes: Axes, scene: MapScene, view: Box) -> None:
 
 Row = tuple[Any, Any, Any, str]
 """Row of the legend: marker, colour of its face, colour of its edge, text."""
-
-_GATE, _RIGHT, _WRONG, _PATH, _BEACON = "#0f7b5f", "#2a9d3a", "#77818a", "#5a4fa3", "#b3261e"
-_AVOID, _CIRCLE = "#c0392b", "#1c6fb5"
-_DISC = 15.0
-"""Diameter of a gate's number [px]."""
-_GOALS = {
-    "avoid": (_AVOID, 0, "keep away"),
-    "circumnavigate_clockwise": (_CIRCLE, -1, "circle clockwise"),
-    "circumnavigate_counterclockwise": (_CIRCLE, 1, "circle counter-clockwise"),
-}
-"""Goals of animals: colour, sense of the circle (1: counter-clockwise), and what to do, in words."""
-_SYMBOL_MARKS = {"circle": "o", "cross": "P", "triangle": "^", "rectangle": "s"}
-_ARROWS = 3
-"""Arrows on a circle."""
-_LAMPS = 15.0
-"""Height of a light buoy's colours over it [px]."""
 
 
 def _draw_course(axes: Axes, scene: MapScene, pixel: float) -> None:

@@ -38,6 +38,17 @@ _SATURATIONS = (0.9, 0.6, 0.4)
 """In turn, so that of a hundred boats no two look alike."""
 _PER_SHADE = 12
 """Boats of one luminance, before the next have another."""
+INK = "#20313c"
+_FONTS = (
+    "DejaVu Sans",
+    "Noto Sans CJK SC",
+    "Noto Sans SC",
+    "Microsoft YaHei",
+    "PingFang SC",
+    "SimHei",
+    "WenQuanYi Zen Hei",
+)
+"""Fonts that are tried for each letter, in this order."""
 
 
 def boat_color(number: int, own: Sequence[float] | None = None) -> Rgb:
@@ -74,18 +85,6 @@ def shade(rgb: Sequence[float], luminance: float = _SHADES[0]) -> Rgb:
 
 WIND_COLOR, WAVE_COLOR, CURRENT_COLOR = shade((1.0, 0.45, 0.1)), shade((0.1, 0.7, 1.0)), shade((0.2, 1.0, 0.5))
 
-
-INK = "#20313c"
-_FONTS = (
-    "DejaVu Sans",
-    "Noto Sans CJK SC",
-    "Noto Sans SC",
-    "Microsoft YaHei",
-    "PingFang SC",
-    "SimHei",
-    "WenQuanYi Zen Hei",
-)
-"""Fonts that are tried for each letter, in this order."""
 
 _Box = tuple[float, float, float, float]
 _Spot = tuple[float, float, Literal["left", "center", "right"], Literal["bottom", "center", "top"]]

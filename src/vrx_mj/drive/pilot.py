@@ -26,11 +26,11 @@ if TYPE_CHECKING:
     from vrx_mj.mjcf.world import World
 
 
-_STEP = 0.1
+_KEY_STEP = 0.1
 """Power and turn of one press of an arrow key."""
-_SPEED, _TURN, _ANGLE = 0.5, 1.0, 0.1
+_VRX_SPEED, _VRX_TURN, _VRX_ANGLE = 0.5, 1.0, 0.1
 """Power, turn, and the step of the angle [rad] with which VRX's keys start."""
-_TENTH = 1.1, 0.9
+_TEN_PERCENT = 1.1, 0.9
 """VRX's factors of 10 % more and 10 % less."""
 
 _TWISTS = {
@@ -38,14 +38,51 @@ _TWISTS = {
     "u": (1, 1), "o": (1, -1), "m": (-1, -1), ".": (-1, 1),
 }  # fmt: skip
 """teleop_twist_keyboard: signs of power and turn."""
-_NUDGES = {"up": (_STEP, 0.0), "down": (-_STEP, 0.0), "left": (0.0, _STEP), "right": (0.0, -_STEP)}
+_NUDGES = {"up": (_KEY_STEP, 0.0), "down": (-_KEY_STEP, 0.0), "left": (0.0, _KEY_STEP), "right": (0.0, -_KEY_STEP)}
+"""Changes of power and turn by the arrow keys."""
 _SCALES = {
-    "q": ("speed", "turn", _TENTH[0]), "z": ("speed", "turn", _TENTH[1]),
-    "w": ("speed", "speed", _TENTH[0]), "x": ("speed", "speed", _TENTH[1]),
-    "e": ("turn", "turn", _TENTH[0]), "c": ("turn", "turn", _TENTH[1]),
-    "r": ("angle", "angle", _TENTH[0]), "v": ("angle", "angle", _TENTH[1]),
+    "q": ("speed", "turn", _TEN_PERCENT[0]), "z": ("speed", "turn", _TEN_PERCENT[1]),
+    "w": ("speed", "speed", _TEN_PERCENT[0]), "x": ("speed", "speed", _TEN_PERCENT[1]),
+    "e": ("turn", "turn", _TEN_PERCENT[0]), "c": ("turn", "turn", _TEN_PERCENT[1]),
+    "r": ("angle", "angle", _TEN_PERCENT[0]), "v": ("angle", "angle", _TEN_PERCENT[1]),
 }  # fmt: skip
 """Sizes that a key changes, and the factor, as in VRX."""
+_FRAME_TIME = 1.0 / 30.0
+"""Wall time of a frame [s], where the machine draws that fast."""
+_MIN_FORWARD_SHARE = 0.2
+"""Engines whose thrust points forward by less than this share are not driven: VRX's lateral one."""
+_MIN_ARM = 0.1
+"""Arm of the engines' thrusts about the centre of mass below which a boat is steered by turning its engines [m]."""
+_FULL_RUDDER = 0.5
+"""Angle [rad] of a full turn where engines are turned to steer."""
+_STATUS_PERIOD = 0.2
+"""Wall time between two renewals of the status [s]."""
+_END_LINE, _END_SCREEN = "\x1b[K", "\x1b[J"
+"""Erase to the end of the line, and of the screen (ECMA-48)."""
+HELP = (
+    ("drive", "arrow keys: more or less power, turn left or right; space or k: stop"),
+    ("as in VRX", "i j l , u o m .  power and turn at once; h ;  engine angle"),
+    ("steps", "q z  power and turn, w x  power, e c  turn, r v  angle: 10 % more, 10 % less"),
+    ("boat", "1 ... 9: that boat, n (in a terminal also Tab): the next boat"),
+    ("time", "p: pause, + -: twice or half the pace, backspace: reset"),
+)
+"""Help about the keys."""
+KEYS = frozenset("ijl,uom.kh;qzwxecrvnp+=-0123456789") | {"up", "down", "left", "right", "space", "backspace", "tab"}
+"""Keys that do something here."""
+_WINDOW_KEYS = {
+    32: "space", 258: "tab", 259: "backspace", 262: "right", 263: "left", 264: "down", 265: "up", 333: "-", 334: "+",
+}  # fmt: skip
+"""GLFW's numbers of keys that give no character; the others are numbered by ASCII, letters by capitals."""
+_DIGIT_PAD = 320
+"""GLFW's number of the zero of the number pad."""
+_TERMINAL_KEYS = {
+    "\x1b[A": "up", "\x1b[B": "down", "\x1b[C": "right", "\x1b[D": "left",
+    "\x1bOA": "up", "\x1bOB": "down", "\x1bOC": "right", "\x1bOD": "left",
+    " ": "space", "\t": "tab", "\x7f": "backspace", "\b": "backspace",
+}  # fmt: skip
+"""Names of keys by the characters that terminals send (ECMA-48, and VT100's application mode)."""
+_SEQUENCE = re.compile(r"\x1b\[[0-?]*[ -/]*[@-~]|\x1bO.|.", re.DOTALL)
+"""A control sequence or a character of a terminal's input."""
 
 
 class Pilot:
@@ -55,7 +92,7 @@ class Pilot:
         self._engines = engines
         self.boat = boat
         """The boat that the keys drive now."""
-        self.sizes = {"speed": _SPEED, "turn": _TURN, "angle": _ANGLE}
+        self.sizes = {"speed": _VRX_SPEED, "turn": _VRX_TURN, "angle": _VRX_ANGLE}
         """Sizes of the commands of VRX's keys."""
         self.wheels: dict[str, Wheel] = {}
         """Power, turn and angle of the boats that keys have driven."""
@@ -128,7 +165,7 @@ class Motion(NamedTuple):
     """How a boat moves over ground."""
 
     speed: float
-    """[m/s]"""
+    """Speed over ground [m/s]."""
     heading: float
     """Heading of the bow [compass degrees]."""
     course: float
@@ -206,10 +243,6 @@ class Console(Protocol[_Driver_contra]):
         """Show the present moment."""
 
 
-_FRAME = 1.0 / 30.0
-"""Wall time of a frame [s], where the machine draws that fast."""
-
-
 def drive(
     driver: _Driver_contra,
     consoles: Sequence[Console[_Driver_contra]],
@@ -227,20 +260,12 @@ def drive(
         driver.advance()
         for console in consoles:
             console.show(driver)
-        sleep(max(0.001, _FRAME - (clock() - begun)))
+        sleep(max(0.001, _FRAME_TIME - (clock() - begun)))
 
 
 def _share(value: float) -> float:
     """A share within [-1, 1], rounded after adding tenths."""
     return round(_within(value, 1.0), 6)
-
-
-_ACROSS = 0.2
-"""Engines whose thrust points forward by less than this share are not driven: VRX's lateral one."""
-_SHORT_ARM = 0.1
-"""Arm [m] of the engines' thrusts about the centre of mass, below which a boat is steered by turning them."""
-_FULL_RUDDER = 0.5
-"""Angle [rad] of a full turn where engines are turned to steer."""
 
 
 @dataclass(frozen=True)
@@ -281,7 +306,7 @@ def engines_of(world: World, boat: str) -> tuple[Engine, ...]:
     centre = world.parameters.hulls[world.boats.index(boat)].body_com
     rows = (thruster for thruster in world.parameters.thrusters_of(boat) if thruster.sail is None)
     engines = (_engine(thruster, centre) for thruster in rows)
-    return tuple(engine for engine in engines if engine.rudder or abs(engine.forward) > _ACROSS)
+    return tuple(engine for engine in engines if engine.rudder or abs(engine.forward) > _MIN_FORWARD_SHARE)
 
 
 def _engine(row: Thruster, centre: Sequence[float]) -> Engine:
@@ -302,7 +327,7 @@ def engine_commands(engines: Sequence[Engine], wheel: Wheel) -> dict[str, float]
     reach = max((abs(engine.arm) for engine in engines), default=0.0)
     commands: dict[str, float] = {}
     for engine in engines:
-        by_angle = engine.rudder or reach <= _SHORT_ARM
+        by_angle = engine.rudder or reach <= _MIN_ARM
         if not engine.rudder:
             turn = 0.0 if by_angle else wheel.turn * engine.arm / reach
             share = _within(math.copysign(1.0, engine.forward) * wheel.power + turn, 1.0)
@@ -315,12 +340,6 @@ def engine_commands(engines: Sequence[Engine], wheel: Wheel) -> dict[str, float]
 
 def _within(value: float, limit: float) -> float:
     return min(max(value, -limit), limit) + 0.0
-
-
-_STATUS_PERIOD = 0.2
-"""Wall time between two renewals of the status [s]."""
-_END_LINE, _END_SCREEN = "\x1b[K", "\x1b[J"
-"""Erase to the end of the line, and of the screen (ECMA-48)."""
 
 
 class Terminal:
@@ -426,38 +445,10 @@ def _foreground(stream: TextIO | None) -> bool:
         return error.errno == errno.ENOTTY  # the terminal of another session
 
 
-HELP = (
-    ("drive", "arrow keys: more or less power, turn left or right; space or k: stop"),
-    ("as in VRX", "i j l , u o m .  power and turn at once; h ;  engine angle"),
-    ("steps", "q z  power and turn, w x  power, e c  turn, r v  angle: 10 % more, 10 % less"),
-    ("boat", "1 ... 9: that boat, n (in a terminal also Tab): the next boat"),
-    ("time", "p: pause, + -: twice or half the pace, backspace: reset"),
-)
-"""Help about the keys."""
-
-OURS = frozenset("ijl,uom.kh;qzwxecrvnp+=-0123456789") | {"up", "down", "left", "right", "space", "backspace", "tab"}
-"""Keys that do something here."""
-
-_WINDOW = {
-    32: "space", 258: "tab", 259: "backspace", 262: "right", 263: "left", 264: "down", 265: "up", 333: "-", 334: "+",
-}  # fmt: skip
-"""GLFW's numbers of keys that give no character; the others are numbered by ASCII, letters by capitals."""
-_DIGIT_PAD = 320
-"""GLFW's number of the zero of the number pad."""
-
-_TERMINAL = {
-    "\x1b[A": "up", "\x1b[B": "down", "\x1b[C": "right", "\x1b[D": "left",
-    "\x1bOA": "up", "\x1bOB": "down", "\x1bOC": "right", "\x1bOD": "left",
-    " ": "space", "\t": "tab", "\x7f": "backspace", "\b": "backspace",
-}  # fmt: skip
-"""Names of keys by the characters that terminals send (ECMA-48, and VT100's application mode)."""
-_SENT = re.compile(r"\x1b\[[0-?]*[ -/]*[@-~]|\x1bO.|.", re.DOTALL)
-
-
 def window_key(code: int) -> str | None:
     """The name of a key of MuJoCo's window by GLFW's number; None for keys without one."""
-    if code in _WINDOW:
-        return _WINDOW[code]
+    if code in _WINDOW_KEYS:
+        return _WINDOW_KEYS[code]
     if _DIGIT_PAD <= code < _DIGIT_PAD + 10:
         return str(code - _DIGIT_PAD)
     return chr(code).lower() if ord("!") <= code <= ord("~") else None
@@ -465,8 +456,8 @@ def window_key(code: int) -> str | None:
 
 def terminal_keys(sent: str) -> Iterator[str]:
     """The names of the keys in what a terminal sent; sequences without a name are left out."""
-    for match in _SENT.finditer(sent):
+    for match in _SEQUENCE.finditer(sent):
         key = match.group()
-        name = _TERMINAL.get(key, key.lower())
-        if name in OURS:
+        name = _TERMINAL_KEYS.get(key, key.lower())
+        if name in KEYS:
             yield name

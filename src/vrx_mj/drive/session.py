@@ -15,10 +15,16 @@ from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.timing import stride_of
 
 _BUDGET = 0.1
-"""Wall time [s] that the physics of one frame may take: what is owed beyond that is forgotten."""
+"""Largest wall time of the physics of one frame [s]: time that is owed beyond that is dropped."""
 
 _Clock = Callable[[], float]
 """Wall time [s] from any start."""
+PACES = (1.0 / 64.0, 64.0)
+"""Slowest and fastest pace, as a multiple of real time."""
+MAX_LAG = 1.0
+"""Largest lag that is made up for [s of wall time]: after a longer halt, time goes on from where it was."""
+_PACE_WINDOW = 1.0
+"""Wall time over which the actual pace is measured [s]."""
 
 
 class Session(Driver):
@@ -125,14 +131,6 @@ class Session(Driver):
         return ("time", f"{self.sim.time:.1f} s"), ("pace", f"{kept} of {self.pacer.pace:g}")
 
 
-PACES = (1.0 / 64.0, 64.0)
-"""Slowest and fastest pace, as a multiple of real time."""
-LONGEST = 1.0
-"""Wall time [s] that is made up for, at most: after a longer halt, time goes on from where it was."""
-_WINDOW = 1.0
-"""Wall time [s] over which the pace that is really kept is measured."""
-
-
 class Pacer:
     """Turns wall time into physics steps."""
 
@@ -150,7 +148,7 @@ class Pacer:
 
     def due(self, now: float) -> int:
         """Physics steps that are due at wall time `now` [s]."""
-        elapsed, self._last = min(now - self._last, LONGEST), now
+        elapsed, self._last = min(now - self._last, MAX_LAG), now
         if self.paused:
             self._owed = 0.0
             return 0
@@ -163,7 +161,7 @@ class Pacer:
         """Note that so many steps were made by wall time `now` [s]."""
         self._done += steps
         self._marks.append((now, self._done))
-        while len(self._marks) > 2 and self._marks[1][0] <= now - _WINDOW:
+        while len(self._marks) > 2 and self._marks[1][0] <= now - _PACE_WINDOW:
             self._marks.popleft()
 
     @property

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.drive.pilot import HELP, OURS, window_key
+from vrx_mj.drive.pilot import HELP, KEYS, window_key
 from vrx_mj.drive.session import Session
 from vrx_mj.mjcf.scene import add_signs
 from vrx_mj.mjcf.world import World
@@ -27,8 +27,26 @@ if TYPE_CHECKING:
 
 _DISTANCE, _ELEVATION = 16.0, -18.0
 """Distance [m] and elevation [deg] of the camera at the start."""
-_CLOSING = 2.0
+_CLOSE_TIMEOUT = 2.0
 """Wall time [s] that the window may take to close."""
+SIDE = 129
+"""Number of vertices along one side: odd, so that the horizon's rings are alike on both sides."""
+CELL = 0.6
+"""Size of the cells at the boat [m]."""
+HORIZON = 2500.0
+"""Distance of the outermost vertices [m]."""
+_CALM = (60.0, 160.0)
+"""Distances [m] between which waves fade: beyond, cells are too long to draw them."""
+_RELIEF = 5.0
+"""How much steeper than it is a slight sea is lit, so that it shows; its heights are the true ones."""
+_NAME = "vrx_mj/sea"
+"""Name of the drawn sea in the model."""
+_WATER = "water"
+"""The geom of flat water, and its material, as worlds have them."""
+_PICTURE_PERIOD = 1 / 60
+"""Wall time between two pictures [s]."""
+_ROBOT_AZIMUTH, _ROBOT_ELEVATION = 140.0, -20.0
+"""Azimuth and elevation of the camera at the start [deg]."""
 
 
 class Upload:
@@ -119,7 +137,7 @@ class Window:
             self._upload.wait()  # closed in the middle of one, the window would wait for it for ever
         self._handle.close()
         for thread in self._drawing:  # it must not draw while Python ends
-            thread.join(_CLOSING)
+            thread.join(_CLOSE_TIMEOUT)
 
     def _start(self, sim: Simulation) -> None:
         """Set the camera, the fog, and the flags whose keys are ours."""
@@ -142,7 +160,7 @@ class Window:
 
 def _flags_of_keys(names: Sequence[tuple[str, str, str]], flags: Sequence[int]) -> dict[int, int]:
     """The flags that MuJoCo's viewer toggles with a key of ours, and their values now."""
-    return {i: int(flags[i]) for i, (_, _, key) in enumerate(names) if key and key.lower() in OURS}
+    return {i: int(flags[i]) for i, (_, _, key) in enumerate(names) if key and key.lower() in KEYS}
 
 
 def _texts(session: Session) -> list[tuple[int, int, str, str]]:
@@ -152,21 +170,6 @@ def _texts(session: Session) -> list[tuple[int, int, str, str]]:
         (font, grid.mjGRID_TOPLEFT, "\n".join(row[0] for row in status), "\n".join(row[1] for row in status)),
         (font, grid.mjGRID_BOTTOMLEFT, "\n".join(row[0] for row in keys), "\n".join(row[1] for row in keys)),
     ]
-
-
-SIDE = 129
-"""Vertices along one side: odd, so that the horizon's rings are alike on both sides."""
-CELL = 0.6
-"""Size of the cells at the boat [m]."""
-HORIZON = 2500.0
-"""Distance of the outermost vertices [m]."""
-_CALM = (60.0, 160.0)
-"""Distances [m] between which waves fade: beyond, cells are too long to draw them."""
-_RELIEF = 5.0
-"""How much steeper than it is a slight sea is lit, so that it shows; its heights are the true ones."""
-_NAME = "vrx_mj/sea"
-_WATER = "water"
-"""The geom of flat water, and its material, as worlds have them."""
 
 
 def window_model(world: World) -> mujoco.MjModel:
@@ -264,12 +267,6 @@ def normals(points: FloatArray) -> FloatArray:
     return unit
 
 
-_PERIOD = 1 / 60
-"""Wall time between two pictures [s]."""
-_ROBOT_AZIMUTH, _ROBOT_ELEVATION = 140.0, -20.0
-"""Azimuth and elevation of the camera at the start [deg]."""
-
-
 def show_joints(model: mujoco.MjModel) -> None:
     """Show a model whose joints are where its controls are, until the window is closed, or Ctrl-C."""
     from mujoco import viewer
@@ -288,7 +285,7 @@ def show_joints(model: mujoco.MjModel) -> None:
             data.qpos[:] = data.ctrl
             mujoco.mj_forward(model, data)
             window.sync()
-            time.sleep(_PERIOD)
+            time.sleep(_PICTURE_PERIOD)
 
 
 def _look_at_all(camera: mujoco.MjvCamera, model: mujoco.MjModel, data: mujoco.MjData) -> None:

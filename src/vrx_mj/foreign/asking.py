@@ -44,6 +44,21 @@ ENVIRONMENT = {
     "RUST_BACKTRACE": "0", "LC_ALL": "C.UTF-8",
 }  # fmt: skip
 """All that it knows of the environment: each thread's stack counts as memory."""
+PACKAGE = "vrx_mj"
+_MEMORY, _SECONDS, ANSWER = 512 << 20, 10, 128 << 20
+"""What a job may take unless its caller says otherwise: memory [bytes], processor time [s], bytes of the answer."""
+TOGETHER = {TIME: 120, TEXT: 1 << 10, NOTES: 100_000}
+"""Limits on all files of a command together: processor time of reading, text of questions and answers, and notes, which
+are warnings and rows of the table of an import."""
+_REMEMBERED = 64 << 20
+"""Bytes of answers that this process keeps."""
+PACKAGES = ("numpy", "pycollada", "pyyaml", "rerun_sdk", "scipy", "trimesh", "xacro", "yourdfpy")
+"""Packages whose versions an answer depends on."""
+_T = TypeVar("_T")
+LARGEST = 256 << 20
+"""Bytes that are kept; the oldest go first."""
+_DIGEST = 32
+"""Bytes of the digest in front of a file."""
 
 
 class ReaderError(VrxError):
@@ -228,17 +243,6 @@ def _ending(code: int, job: Job) -> str:
     return f"its reader ended with exit code {code}"
 
 
-PACKAGE = "vrx_mj"
-_MEMORY, _SECONDS, ANSWER = 512 << 20, 10, 128 << 20
-"""What a job may take unless its caller says otherwise: memory [bytes], processor time [s], bytes of the answer."""
-TOGETHER = {TIME: 120, TEXT: 1 << 10, NOTES: 100_000}
-"""Limits on all files of a command together: processor time of reading, text of questions and answers, and notes, which
-are warnings and rows of the table of an import."""
-_REMEMBERED = 64 << 20
-"""Bytes of answers that this process keeps."""
-PACKAGES = ("numpy", "pycollada", "pyyaml", "rerun_sdk", "scipy", "trimesh", "xacro", "yourdfpy")
-"""Packages whose versions an answer depends on."""
-_T = TypeVar("_T")
 _answers: OrderedDict[str, bytes] = OrderedDict()
 _begun: ContextVar[Mapping[str, float] | None] = ContextVar("begun", default=None)
 """Totals of `READER.spent` at the start of the budget."""
@@ -421,12 +425,8 @@ def _error(name: str, arguments: object) -> VrxError:
     return kinds.get(name, VrxError)(*validate(arguments, list[object]))
 
 
-LARGEST = 256 << 20
-"""Bytes that are kept; the oldest go first."""
 _trimmed: list[Path] = []
 """Folders from which this process has removed what was too old."""
-_DIGEST = 32
-"""Bytes of the digest in front of a file."""
 
 
 def is_valid(files: Mapping[str, tuple[str, str]]) -> bool:

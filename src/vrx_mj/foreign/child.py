@@ -23,12 +23,13 @@ if TYPE_CHECKING:
     from vrx_mj.foreign.plain import Job
 
 LENGTH, STATUS = struct.Struct("<Q"), struct.Struct("<qd")
-_IDLE = 60.0
-"""Wall time without a job after which it ends [s]."""
+"""Length of a block or a piece, and how a job ended: exit status and processor time [s]."""
+_IDLE_TIMEOUT = 60.0
+"""Wall time without a job after which the process ends [s]."""
 
 
 def block_from(stream: IO[bytes]) -> bytes:
-    """The next block; nothing at the end of the stream."""
+    """The next block; empty at the end of the stream."""
     head = _whole(stream, LENGTH.size)
     return _whole(stream, LENGTH.unpack(head)[0]) if len(head) == LENGTH.size else b""
 
@@ -51,7 +52,7 @@ def _main() -> None:
     sys.path[:] = places["modules"]
     warnings.simplefilter("ignore")
     if places["forks"]:
-        while select.select([jobs], [], [], _IDLE)[0] and (job := block_from(jobs)):
+        while select.select([jobs], [], [], _IDLE_TIMEOUT)[0] and (job := block_from(jobs)):
             _relay(*_start_job(job, (jobs, answers), places["libraries"]), answers)
     else:
         _prepare(job := json.loads(block_from(jobs)))
@@ -62,7 +63,7 @@ def _main() -> None:
 
 
 def _start_job(text: bytes, streams: Sequence[BinaryIO], libraries: list[str]) -> tuple[int, int]:
-    """Have a copy of this process do a job: its number, and the pipe that its answer comes from."""
+    """Start a copy of this process that does a job; its process number, and the pipe of its answer."""
     job = json.loads(text)
     _prepare(job)
     source, target = os.pipe()
@@ -80,7 +81,7 @@ def _start_job(text: bytes, streams: Sequence[BinaryIO], libraries: list[str]) -
 
 
 def _prepare(job: Job) -> None:
-    """Import what a job needs, if that starts no threads, which a copy has not; where it fails the job says so."""
+    """Import what a job needs, unless that starts threads, which a copy would lack; the job reports what fails."""
     with contextlib.suppress(Exception):
         import_module("vrx_mj.foreign.confinement")
         if not job["limits"]["threads"]:

@@ -35,6 +35,19 @@ _FILES = 64
 """Files that may be open."""
 READ, LISTED, _SEEN = "read", "listed", "seen"
 """Uses of a path: its content, the names in it, or whether it is there."""
+_CREATE_RULESET, _ADD_RULE, _RESTRICT_SELF, _VERSION, _PATH_BENEATH, _NO_NEW_PRIVS = 444, 445, 446, 1, 1, 38
+_READ_FILE, _READ_DIR = 1 << 2, 1 << 3
+_RIGHTS = {1: 13, 2: 14, 3: 15, 5: 16}
+"""Rights on files, as many bits as a version of Landlock has."""
+_NETWORK, _SCOPES = 3, 3
+"""All rights on TCP, from version 4 on, and all scopes, from version 6 on."""
+_SET_SECCOMP, _FILTER, _X86_64, _X32 = 22, 2, 0xC000003E, 0x40000000
+_CALLS = {"socket": 41, "connect": 42, "execve": 59, "execveat": 322, "io_uring_setup": 425}
+"""Calls of x86_64 that open a connection, start a program, or do either unseen."""
+_LOAD, _EQUAL, _AT_LEAST, _RETURN = 0x20, 0x15, 0x35, 0x06
+_ALLOW, _REFUSE = 0x7FFF0000, 0x00050001
+_SYSTEM = ("/lib", "/lib64", "/usr/lib", "/usr/lib64", "/etc/ld.so.cache", "/proc/self/status")
+"""Where native libraries are that an import may load, and what says how much memory this process has."""
 
 
 class AccessLog:
@@ -154,14 +167,6 @@ def _below(path: str, folders: Sequence[str]) -> bool:
     return any(path == folder or path.startswith(folder.rstrip(os.sep) + os.sep) for folder in folders)
 
 
-_CREATE_RULESET, _ADD_RULE, _RESTRICT_SELF, _VERSION, _PATH_BENEATH, _NO_NEW_PRIVS = 444, 445, 446, 1, 1, 38
-_READ_FILE, _READ_DIR = 1 << 2, 1 << 3
-_RIGHTS = {1: 13, 2: 14, 3: 15, 5: 16}
-"""Rights on files, as many bits as a version of Landlock has."""
-_NETWORK, _SCOPES = 3, 3
-"""All rights on TCP, from version 4 on, and all scopes, from version 6 on."""
-
-
 def lock_files(folders: Sequence[str]) -> bool:
     """Let this process, native code too, read files below some folders, and open no others and no TCP connection.
 
@@ -186,13 +191,6 @@ def lock_files(folders: Sequence[str]) -> bool:
     locked = rules >= 0 and call(_RESTRICT_SELF, rules, 0) == 0
     os.close(rules)
     return bool(locked)
-
-
-_SET_SECCOMP, _FILTER, _X86_64, _X32 = 22, 2, 0xC000003E, 0x40000000
-_CALLS = {"socket": 41, "connect": 42, "execve": 59, "execveat": 322, "io_uring_setup": 425}
-"""Calls of x86_64 that open a connection, start a program, or do either unseen."""
-_LOAD, _EQUAL, _AT_LEAST, _RETURN = 0x20, 0x15, 0x35, 0x06
-_ALLOW, _REFUSE = 0x7FFF0000, 0x00050001
 
 
 def lock_calls() -> bool:
@@ -229,10 +227,6 @@ def state(use: str, path: str) -> str:
 @lru_cache(maxsize=4096)
 def _content(path: str, _stamp: tuple[int, int, int]) -> str:
     return hashlib.sha256(Path(path).read_bytes()).hexdigest()
-
-
-_SYSTEM = ("/lib", "/lib64", "/usr/lib", "/usr/lib64", "/etc/ld.so.cache", "/proc/self/status")
-"""Where native libraries are that an import may load, and what says how much memory this process has."""
 
 
 def answer(job: Job, libraries: list[str]) -> bytes:

@@ -35,15 +35,33 @@ _Place = tuple[float, float]
 FARTHEST_ORIGIN = 300.0
 """Largest distance of a suggested origin from the wanted place [m]."""
 _ORIGIN_STEP = 2
-"""Between the places tried [m]; their coordinates are whole numbers."""
+"""Distance between the places tried [m]; their coordinates are whole numbers."""
 _TURNS = (0, 1, -1, 2, -2, 3, -3, 4)
 """Eighths of a turn that are tried, the fleet's own heading first."""
 _FLEET_MARGIN = 1.0
-"""Water left around each boat and around all of them [m]."""
-_ORIGINS_TOGETHER = 500
-"""Places tried in one call of shapely's."""
-_AROUND = 2000.0
+"""Width of the free water around each boat and around the fleet [m]."""
+_ORIGIN_CHUNK = 500
+"""Number of places tried in one call of shapely."""
+_RANGE = 2000.0
 """Half the side of the square of water that is searched [m]."""
+_MIN_SIZE = 0.5
+"""Least length and beam that a boat counts with [m]: two boats then never share an origin."""
+_MARGIN = 0.5
+"""Width of the free water around a boat that is moved [m]."""
+_PLACE_STEP = 0.5
+"""Distance between the places tried for it [m]."""
+_MAX_DIRECTIONS = 120
+"""Largest number of directions tried at one distance."""
+_PLACE_CHUNK = 250
+"""Number of places tried in one call of shapely: most boats need no more."""
+_MAX_SHIFT = 200.0
+"""Largest distance by which a boat is moved [m]."""
+_CLEARANCE = 1.0
+"""Distance from an object's origin to keep in addition to the margin [m]."""
+_ADVICE = "move it, or let `--nudge` (in Python `nudge=True`) move it to the nearest free place"
+"""What to do about a boat that is not afloat, in messages."""
+_LAND = "land"
+"""What messages call the ground."""
 
 
 def free_origin(
@@ -86,9 +104,7 @@ def free_origin(
 def _water(near: _Place, land: _Area) -> _Area:
     """The connected water at a place, or nearest to it."""
     x, y = near
-    waters = shapely.get_parts(
-        shapely.difference(shapely.box(x - _AROUND, y - _AROUND, x + _AROUND, y + _AROUND), land)
-    )
+    waters = shapely.get_parts(shapely.difference(shapely.box(x - _RANGE, y - _RANGE, x + _RANGE, y + _RANGE), land))
     if len(waters) == 0:
         return shapely.Polygon()
     return waters[int(np.argmin(shapely.distance(waters, shapely.Point(near))))]
@@ -107,27 +123,7 @@ def _places(near: FloatArray) -> Iterator[FloatArray]:
     distance = np.hypot(*(grid - near).T)
     order = np.argsort(distance, kind="stable")
     grid = grid[order[: int(np.count_nonzero(distance <= FARTHEST_ORIGIN))]]
-    return iter(np.array_split(grid, math.ceil(len(grid) / _ORIGINS_TOGETHER)))
-
-
-_LEAST = 0.5
-"""Least length and beam that a boat counts with [m]: two of them never have one origin."""
-_MARGIN = 0.5
-"""Water left around a boat that is moved [m]."""
-_STEP = 0.5
-"""Between the places tried for it [m]."""
-_DIRECTIONS = 120
-"""At most tried at one distance."""
-_TOGETHER = 250
-"""Places tried in one call of shapely's: most boats need no more."""
-_FARTHEST = 200.0
-"""Largest distance by which a boat is moved [m]."""
-_CLEARANCE = 1.0
-"""From the origin of an object to a boat that is moved [m], beside the margin."""
-_ADVICE = "move it, or let `--nudge` (in Python `nudge=True`) move it to the nearest free place"
-
-
-_LAND = "land"
+    return iter(np.array_split(grid, math.ceil(len(grid) / _ORIGIN_CHUNK)))
 
 
 class _Thing(NamedTuple):
@@ -172,7 +168,7 @@ def boats_afloat(
     if found and fleet.is_empty:
         warnings.warn(f"world {config.name}: {found[0]}, at the spawn pose", VrxWarning, stacklevel=4)
     elif found:
-        advice = f"no free place within {_FARTHEST:g} m" if nudge else _ADVICE
+        advice = f"no free place within {_MAX_SHIFT:g} m" if nudge else _ADVICE
         texts = {i: f"{found[i]}; {advice}" for i in sorted(found)}
         if len(boats) > 1 and (fleet.layout or fleet.origin != "world"):
             frame = fleet.frame(config)
@@ -230,7 +226,7 @@ def outline(boat: Boat) -> FloatArray:
         (back, right, _), (front, left, _) = boat_box(boat)
     except VrxError:
         back = right = front = left = 0.0
-    half = _LEAST / 2
+    half = _MIN_SIZE / 2
     back, front, right, left = min(back, -half), max(front, half), min(right, -half), max(left, half)
     return np.array([(front, left), (back, left), (back, right), (front, right)])
 
@@ -304,14 +300,14 @@ def _free_place(area: _Area, things: Sequence[_Thing], taken: Any) -> tuple[floa
 
 @functools.cache
 def _moves() -> tuple[FloatArray, ...]:
-    """The moves that are tried (n, 2) [m], the least first, in groups of about `_TOGETHER`."""
+    """The moves that are tried (n, 2) [m], the least first, in groups of about `_PLACE_CHUNK`."""
     rings = []
-    for distance in np.arange(_STEP, _FARTHEST + _STEP / 2, _STEP):
-        count = min(math.ceil(2 * math.pi * distance / _STEP), _DIRECTIONS)
+    for distance in np.arange(_PLACE_STEP, _MAX_SHIFT + _PLACE_STEP / 2, _PLACE_STEP):
+        count = min(math.ceil(2 * math.pi * distance / _PLACE_STEP), _MAX_DIRECTIONS)
         angles = 2 * math.pi * np.arange(count) / count
         rings.append(distance * np.column_stack([np.cos(angles), np.sin(angles)]))
     moves = np.concatenate(rings)
-    return tuple(np.array_split(moves, len(moves) // _TOGETHER))
+    return tuple(np.array_split(moves, len(moves) // _PLACE_CHUNK))
 
 
 def _move_boat(boat: BoatConfig, move: tuple[float, float] | None, fault: str) -> BoatConfig:

@@ -36,6 +36,16 @@ _TURNING = ("revolute", "continuous")
 """Types of joints that can steer."""
 _FREE = "free"
 """Name of the joint on which a boat floats."""
+_DEFAULT_CONTACT = ContactConfig()
+"""Contact parameters of a robot whose file gives none."""
+_NO_THRUSTER = "no thruster, so the boat drifts; add `thrusters` to the YAML beside it"
+"""Warning about a robot without thrusters."""
+_MIN_INERTIA = 1e-12
+"""Mass [kg] and moment of inertia [kg m2] below which MuJoCo takes no body; its own limits are 1e-15 and 1e-14."""
+SERVO_INERTIA = 1e-6
+"""Least inertia that a servo turns [kg m2]: a URDF may leave out that of its engine."""
+NO_INERTIA = rigid(SERVO_INERTIA, (0.0, 0.0, 0.0), (SERVO_INERTIA,) * 3)
+"""Mass and inertia [kg, kg m2] of a turning body whose links have none: MuJoCo needs some."""
 
 
 @dataclass(frozen=True)
@@ -182,8 +192,6 @@ def _limit_notes(name: str, joint: Joint) -> Iterator[str]:
 
 
 _Vector = tuple[float, float, float]
-_YIELDING = ContactConfig()
-"""Contact parameters of a robot whose file gives none."""
 
 
 @dataclass(frozen=True)
@@ -239,7 +247,7 @@ class Boat:
     wind: _Vector | None
     sensors: tuple[SensorConfig, ...]
     warnings: tuple[str, ...] = ()
-    contact: ContactConfig = _YIELDING
+    contact: ContactConfig = _DEFAULT_CONTACT
     """Stiffness and damping of the hull in contacts."""
     water: Mapping[str, Any] = field(default_factory=dict)
     """Fields of `HydrodynamicsConfig` that are known where the rest is to be derived; in a six None is what is not."""
@@ -254,9 +262,6 @@ class Boat:
     battery: BatteryEntry | None = None
     description: str = ""
     """Its URDF, with the places of its meshes; empty if it is made of the package's own files alone."""
-
-
-_DRIFTS = "no thruster, so the boat drifts; add `thrusters` to the YAML beside it"
 
 
 def assemble_boat(urdf: Urdf, config: RobotConfig, drive: Mapping[str, object] = MappingProxyType({})) -> Boat:
@@ -300,7 +305,7 @@ def assemble_boat(urdf: Urdf, config: RobotConfig, drive: Mapping[str, object] =
             *hinges.notes,
             *_loose(urdf, thrusters, hinges),
             *_swinging(urdf, sensors, hinges),
-            *([] if pushing or "thrusters" in config.model_fields_set else [_DRIFTS]),
+            *([] if pushing or "thrusters" in config.model_fields_set else [_NO_THRUSTER]),
         ),
     )
 
@@ -459,16 +464,8 @@ def axis_inertia(part: MassProperties) -> float:
     return float(part.inertia[2, 2] + part.mass * (x * x + y * y))
 
 
-_LEAST = 1e-12
-"""Mass [kg] and moment of inertia [kg m2] below which MuJoCo takes no body; its own limits are 1e-15 and 1e-14."""
-LIGHTEST = 1e-6
-"""Least inertia [kg m2] that a servo is given to turn: a URDF may leave its engine's out."""
-NOTHING = rigid(LIGHTEST, (0.0, 0.0, 0.0), (LIGHTEST,) * 3)
-"""Mass and inertia [kg, kg m2] of a turning body whose links have none: MuJoCo needs some."""
-
-
 def push_center(boat: Boat) -> FloatArray:
-    """(3,): where water and wind push the hull [m], in its base link."""
+    """Place where water and wind push the hull, (3,) [m], in its base link."""
     if boat.pushed is not None:
         return np.array(boat.pushed)
     lumped = list(_masses(part for part in boat.parts if part.lumped))
@@ -492,7 +489,7 @@ def boat_mass(boat: Boat) -> MassProperties:
     ]
     parts = [*_masses(boat.parts), *turning]
     if not parts:
-        raise CompileError(f"robot {boat.name}: no link has a mass of {_LEAST:g} kg or more")
+        raise CompileError(f"robot {boat.name}: no link has a mass of {_MIN_INERTIA:g} kg or more")
     return check_moments(combine(parts), f"robot {boat.name}")
 
 
@@ -501,7 +498,7 @@ def body_mass(boat: Boat, engines: Engines) -> MassProperties:
     if engines == "fixed":
         return boat_mass(boat)
     for thruster in boat.thrusters:
-        check_moments(turning_mass(thruster) or NOTHING, f"robot {boat.name}: what turns with '{thruster.name}'")
+        check_moments(turning_mass(thruster) or NO_INERTIA, f"robot {boat.name}: what turns with '{thruster.name}'")
     parts = list(_masses(boat.parts))
     if not parts:
         raise CompileError(f"robot {boat.name}: only its engines have a mass; build it with engines: fixed")
@@ -515,14 +512,14 @@ def check_moments(body: MassProperties, name: str) -> MassProperties:
         CompileError: a principal moment of inertia is too small.
     """
     moments = np.linalg.eigvalsh(body.inertia).tolist()
-    if moments[0] < _LEAST:
+    if moments[0] < _MIN_INERTIA:
         words = ", ".join(f"{moment:.3g}" for moment in moments)
-        raise CompileError(f"{name} has moments of inertia of {words} kg m2; each must be at least {_LEAST:g}")
+        raise CompileError(f"{name} has moments of inertia of {words} kg m2; each must be at least {_MIN_INERTIA:g}")
     return body
 
 
 def _masses(parts: Iterable[Part]) -> Iterator[MassProperties]:
     for part in parts:
-        if part.inertial is not None and part.inertial.mass >= _LEAST:
+        if part.inertial is not None and part.inertial.mass >= _MIN_INERTIA:
             own = with_pose(rigid(part.inertial.mass, (0.0, 0.0, 0.0), part.inertial.tensor), part.inertial.pose)
             yield with_pose(own, part.pose)

@@ -27,11 +27,13 @@ from vrx_mj.mjcf.flotation import DENSITY, LINES, Derived, derived_floats, deriv
 from vrx_mj.packages import root
 
 _SHOWN_NOTES = 12
-"""Greatest number of faults of a robot that a warning lists."""
+"""Number of faults of a robot that a warning lists."""
 _XACRO_MARKS = ("<xacro:", "${", "$(")
 """Text by which a URDF with something to expand is recognized."""
 _VRX, _NONE = "vrx", "none"
 """Names of the suites that a fleet can ask for whatever the robot: what it carries by default, and nothing."""
+_HULL_KEYS = {"added_mass": "added_mass hydro", "drag_linear": "damping_linear", "drag_quadratic": "damping_quadratic"}
+"""Fields of `HydrodynamicsConfig` that a hull of profile `marine` takes, and its own keys that give them."""
 
 
 def build_boat(order: Order) -> Boat:
@@ -242,10 +244,6 @@ def _with_hydrodynamics(
     values = HydrodynamicsConfig.model_validate({**guess.values, **given})
     boat = replace(boat, hydrodynamics=values, pushed=guess.pushed)
     return boat, (*guess.notes, *_derivation_notes(guess, given, boat.water, hull))
-
-
-_HULL_KEYS = {"added_mass": "added_mass hydro", "drag_linear": "damping_linear", "drag_quadratic": "damping_quadratic"}
-"""Fields of `HydrodynamicsConfig` that a hull of profile `marine` takes, and its own keys that give them."""
 
 
 def _derivation_notes(

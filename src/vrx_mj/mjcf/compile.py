@@ -72,6 +72,18 @@ from vrx_mj.model.water import Sea
 from vrx_mj.model.world import FORMAT, Parameters, checked_parameters, checked_rows, linked_rows, row_columns, tree_of
 from vrx_mj.signals import delays_exit
 
+_STIFF_DRAG = 2.0
+"""Share of a boat's velocity that drag may take in a step."""
+_OWNED = {
+    "boats": "name", "hulls": "body", "sensors": "boat", "objects": "name", "floats": "body", "links": "body",
+    "docks": "name", "blocks": "body", "lights": "name", "placards": "name",
+}  # fmt: skip
+"""Tables whose rows belong to a boat, an object or a dock, and the name that begins with that of their owner."""
+_LINES = ("moorings", "ropes")
+"""Tables of lines, whose rows go with what they hold."""
+_RESERVED = ("terrain", "carrier", "world")
+"""Names of parts of every world."""
+
 
 class Assembly:
     """Parts that are added to a world, and the world's rows with theirs."""
@@ -102,9 +114,6 @@ class Assembly:
         self.rows.add(boat_rows(kind, boat, self.rows, self.wind, self.physics, self.sea, life))
         return self.rows.hulls[-1]
 
-
-_STIFF = 2.0
-"""Share of a boat's velocity that drag may take in a step."""
 
 Source = str | Path | Mapping[str, Any]
 
@@ -325,21 +334,10 @@ class _Compilation(Assembly):
 
 def _warn_if_stiff(boat: boats.Boat, timestep: float) -> None:
     share = stiffness(boat, timestep)
-    if share > _STIFF:
+    if share > _STIFF_DRAG:
         text = f"robot {boat.name}: its linear drag removes {share:.3g} times its velocity in a step of {timestep:g} s"
-        text += f"; beyond {_STIFF:g} it diverges: check `drag_linear`, or use a shorter timestep"
+        text += f"; beyond {_STIFF_DRAG:g} it diverges: check `drag_linear`, or use a shorter timestep"
         warnings.warn(text, VrxWarning, stacklevel=5)
-
-
-_OWNED = {
-    "boats": "name", "hulls": "body", "sensors": "boat", "objects": "name", "floats": "body", "links": "body",
-    "docks": "name", "blocks": "body", "lights": "name", "placards": "name",
-}  # fmt: skip
-"""Tables whose rows belong to a boat, an object or a dock, and the name that begins with that of their owner."""
-_LINES = ("moorings", "ropes")
-"""Tables of lines, whose rows go with what they hold."""
-_RESERVED = ("terrain", "carrier", "world")
-"""Names of parts of every world."""
 
 
 def with_boat(world: World, entry: Mapping[str, object]) -> World:

@@ -25,6 +25,15 @@ from vrx_mj.mjcf.templates import Geom, Mesh, geoms, meshes
 from vrx_mj.model.kinds import record_from
 from vrx_mj.model.things import Block, Dock, Element, Mooring, Placard
 
+BLOCK_MODELS = {0.5: "dock_block", 1.0: "dock_block_2x2", 1.5: "dock_block_3x3", 2.0: "dock_block_4x4_dynamic"}
+"""Floating objects by the edge of the block [m] whose mass and buoyancy they give."""
+_BLOCK_HEIGHT = 0.25
+"""Height of the blocks' middles over the dock's origin, where they start [m]. VRX: dock_generator.erb."""
+_MAX_BEND = 0.1
+"""Largest angle of a hinge between two blocks [rad]. VRX: dock_generator.erb."""
+_CONTACT_FREE_BLOCKS = 2
+"""Blocks up to this many rows and columns away are never tested for contact with a placard's own block."""
+
 
 class Blocks(Protocol):
     """A dock in the making, or of a compiled world."""
@@ -69,21 +78,21 @@ def docks_overlap(a: Blocks, b: Blocks) -> bool:
 
 
 def block_corners(dock: PlacedDock) -> FloatArray:
-    """(n, 4, 2): corners of the blocks in the world [m], seen from above."""
+    """Corners of the blocks in the world, (n, 4, 2) [m], seen from above."""
     around = dock.block / 2.0 * np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
     corners: FloatArray = _squares(dock)[:, None] + around @ _axes(dock)
     return corners
 
 
 def _squares(dock: Blocks) -> FloatArray:
-    """(n, 2): centres of the blocks in the world [m]."""
+    """Centres of the blocks in the world, (n, 2) [m]."""
     local = dock.block * np.asarray(dock.cells, np.float64)
     centers: FloatArray = local @ _axes(dock) + np.array(dock.pose[:2])
     return centers
 
 
 def _axes(dock: Blocks) -> FloatArray:
-    """(2, 2): the dock's x and y axes in the world, a row each, as they lie on the water."""
+    """The dock's x and y axes in the world, (2, 2), a row each, as they lie on the water."""
     turn = rotation(*dock.pose[3:])
     return np.array([apply(turn, (1.0, 0.0, 0.0))[:2], apply(turn, (0.0, 1.0, 0.0))[:2]])
 
@@ -166,15 +175,6 @@ def _tree_from(root: Cell, blocks: frozenset[Cell]) -> BlockTree:
 _Row = dict[str, Any]
 _Vector = tuple[float, float, float]
 
-BLOCK_MODELS = {0.5: "dock_block", 1.0: "dock_block_2x2", 1.5: "dock_block_3x3", 2.0: "dock_block_4x4_dynamic"}
-"""Floating objects by the edge of the block [m] whose mass and buoyancy they give."""
-_BLOCK_HEIGHT = 0.25
-"""Height of the blocks' middles over the dock's origin, where they start [m]. VRX: dock_generator.erb."""
-_BEND = 0.1
-"""Farthest angle of a hinge between two blocks [rad]. VRX: dock_generator.erb."""
-_NEAR = 2
-"""Blocks up to this many rows and columns away are never tested for contact with a placard's own block."""
-
 
 def dock_piece(dock: PlacedDock) -> Piece:
     """A dock with its placards. Its names are whole, as placards have those of their object."""
@@ -187,7 +187,7 @@ def dock_piece(dock: PlacedDock) -> Piece:
         bodies = dict(zip(tree.cells, _bodies(dock, tree), strict=True))
         values |= {
             "root": _nodes(dock, tree, boards),
-            "bend": _BEND,
+            "bend": _MAX_BEND,
             "inertia": (_block(edge).inertia or ())[:3],
             "excluded": [(bodies[a], bodies[b]) for a, b in _beside(cells)] + list(_around(dock, boards, bodies)),
             "closures": [_closure(bodies, pair, tree.cells[0], edge) for pair in tree.closures],
@@ -378,7 +378,7 @@ def _around(dock: PlacedDock, boards: Sequence[_Row], bodies: Mapping[Cell, str]
     for board in boards:
         row, column = board["block"]
         for (i, j), body in bodies.items():
-            if max(abs(i - row), abs(j - column)) <= _NEAR and (i, j) != (row, column):
+            if max(abs(i - row), abs(j - column)) <= _CONTACT_FREE_BLOCKS and (i, j) != (row, column):
                 yield board["body"], body
 
 

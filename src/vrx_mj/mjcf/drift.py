@@ -26,20 +26,22 @@ from vrx_mj.physics.drift import FASTEST
 from vrx_mj.physics.tables import Table
 from vrx_mj.physics.vessel import load_harmonics
 
-_STEEP = 0.01
-"""Amplitude times wavenumber of the waves whose mean is taken; it is of second order up to 0.1 and more."""
-_SHORT = 1.2, 1.6
-"""Wavenumber times half of what the hull measures along a wave from which what its box lacks is added, and all."""
-_MORE_ANGLES = 48
-"""Angles of a table of diffraction, or the next multiple of those that its file has."""
-_SMALL = 1e-3
-"""Largest amplitude of these waves, as a share of the cube root of the volume displaced."""
-_FREQUENCIES, _ANGLES, _SHORTEST = 64, 16, 0.25
-"""Frequencies and angles without diffraction, and the shortest wave over the length of the waterline."""
+_STEEPNESS = 0.01
+"""Amplitude times wavenumber of the waves of which the mean force is taken; it is of second order up to 0.1 and
+more."""
+_SHORT_WAVES = 1.2, 1.6
+"""Wavenumber times half the hull's extent along a wave from which the part that its box lacks is added, and added in
+full."""
+_MIN_ANGLES = 48
+"""Least number of angles of a table of diffraction; the next multiple of those in the hull's file is taken."""
+_MAX_AMPLITUDE = 1e-3
+"""Largest amplitude of these waves, as a share of the cube root of the displaced volume."""
+_FREQUENCIES, _ANGLES, _MIN_WAVELENGTH = 64, 16, 0.25
+"""Numbers of frequencies and angles without diffraction, and the shortest wave over the length of the waterline."""
 _TAU, _FROUDE = 0.5 * FASTEST, 0.3
 """Speed times frequency over gravity at which derivatives are taken, and the largest Froude number of these speeds."""
-_EVERY = 2
-"""Of so many frequencies one has derivatives."""
+_STRIDE = 2
+"""Derivatives are computed at every so many frequencies."""
 
 
 class HullInWaves:
@@ -64,7 +66,7 @@ class HullInWaves:
         own = hull_tables([vessel])
         self._hull = own.vessels[0], own.meshes
         count, self.angles = _FREQUENCIES, _ANGLES
-        self.step = float(np.sqrt(2.0 * np.pi * gravity / (_SHORTEST * vessel.length))) / count
+        self.step = float(np.sqrt(2.0 * np.pi * gravity / (_MIN_WAVELENGTH * vessel.length))) / count
         if vessel.diffraction:
             count, self.angles = len(vessel.diffraction.forces) - 1, len(vessel.diffraction.forces[0])
             self.step = vessel.diffraction.step
@@ -77,7 +79,7 @@ class HullInWaves:
         In long waves it is no faster than its displacement carries it.
         """
         own = copy.copy(self)
-        own.frequencies, own.scattered = self.frequencies[_EVERY - 1 :: _EVERY], self.every(self.scattered)
+        own.frequencies, own.scattered = self.frequencies[_STRIDE - 1 :: _STRIDE], self.every(self.scattered)
         own._meet_waves(tau)
         return own
 
@@ -105,8 +107,8 @@ class HullInWaves:
         waves["frequency"] = np.repeat(self.frequencies, self.angles)
         waves["wavenumber"] = waves["frequency"] ** 2 / self._gravity
         waves["direction"] = np.stack((np.cos(beta), np.sin(beta)), axis=1)
-        small = _SMALL * np.cbrt(self.vessel.displacement / self._density)
-        waves["amplitude"] = np.minimum(_STEEP / waves["wavenumber"], small)
+        small = _MAX_AMPLITUDE * np.cbrt(self.vessel.displacement / self._density)
+        waves["amplitude"] = np.minimum(_STEEPNESS / waves["wavenumber"], small)
         waves["orbital"] = waves["frequency"] * waves["amplitude"]
         return waves
 
@@ -134,7 +136,7 @@ class HullInWaves:
         still = np.zeros((self.waves.size, 6), np.complex128)
         _, self.excited, slip = self._loads(still)
         if not self.scattered.size:
-            self.scattered = self._scattered(slip)
+            self.scattered = self._diffraction(slip)
         self.excited += self.scattered
         if not self.vessel.diffraction:
             self.excited -= np.einsum("nij,nj->ni", self._memory, slip)
@@ -142,7 +144,7 @@ class HullInWaves:
         system = system + damping @ (self._tilted - 1j * omega * np.eye(6))
         return np.asarray(np.linalg.solve(system, self.excited[..., None])[..., 0], np.complex128)
 
-    def _scattered(self, slip: ComplexArray) -> ComplexArray:
+    def _diffraction(self, slip: ComplexArray) -> ComplexArray:
         """Force of diffraction per amplitude (n m, 6), with what the loop lacks of short waves on a mesh."""
         if not self.vessel.diffraction:
             return np.zeros((self.waves.size, 6), np.complex128)
@@ -164,7 +166,7 @@ class HullInWaves:
         loads = np.concatenate((np.broadcast_to(share, places.shape), np.cross(places, share)), axis=2).reshape(-1, 6)
         along, z = self.waves["direction"] @ places[..., :2].reshape(-1, 2).T, places[..., 2].ravel()
         whole = self._density * self._gravity * (np.exp(k * (z - level + 1j * along)) @ loads)
-        begins, ends = _SHORT
+        begins, ends = _SHORT_WAVES
         share = np.clip((0.5 * k * np.ptp(along, axis=1, keepdims=True) - begins) / (ends - begins), 0.0, 1.0)
         return np.asarray(share * (whole - boxed), np.complex128)
 
@@ -230,14 +232,14 @@ class HullInWaves:
         return np.asarray((1.0 - 4.0 * speed.along)[:, None] * np.stack(met, axis=1), np.float64)
 
     def every(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """Those of values (n m, ...) at every `_EVERY`-th frequency."""
-        return values.reshape(-1, self.angles, values.shape[1])[_EVERY - 1 :: _EVERY].reshape(-1, values.shape[1])
+        """Those of values (n m, ...) at every `_STRIDE`-th frequency."""
+        return values.reshape(-1, self.angles, values.shape[1])[_STRIDE - 1 :: _STRIDE].reshape(-1, values.shape[1])
 
     def at_all(self, values: FloatArray) -> FloatArray:
         """Values (n m, ...) at all frequencies of those at `every` one, linear between them, from 0 at 0 on."""
         rows = values.reshape(-1, self.angles, values.shape[1])
         rows = np.concatenate((np.zeros_like(rows[:1]), rows, rows[-1:]))
-        place = np.arange(1.0, self.frequencies.size + 1.0) / _EVERY
+        place = np.arange(1.0, self.frequencies.size + 1.0) / _STRIDE
         low = np.minimum(place.astype(int), len(rows) - 2)
         up = (place - low)[:, None, None]
         return np.asarray(((1.0 - up) * rows[low] + up * rows[low + 1]).reshape(-1, values.shape[1]), np.float64)
@@ -245,10 +247,10 @@ class HullInWaves:
     def from_zero(self, values: FloatArray) -> Any:
         """Rows of `values` (n m, ...) as nested tuples by frequency, from 0 on, where they are 0, and by angle.
 
-        Those of diffraction are at a multiple of the angles near `_MORE_ANGLES`, by their harmonics.
+        Those of diffraction are at a multiple of the angles near `_MIN_ANGLES`, by their harmonics.
         """
         rows = np.concatenate((np.zeros_like(values[: self.angles]), values)).reshape(-1, self.angles, values.shape[1])
-        more = self.angles * max(round(_MORE_ANGLES / self.angles), 1)
+        more = self.angles * max(round(_MIN_ANGLES / self.angles), 1)
         if self.vessel.diffraction and more > self.angles:
             harmonics = np.fft.rfft(rows, axis=1)
             if self.angles % 2 == 0:
@@ -256,7 +258,7 @@ class HullInWaves:
             rows = np.fft.irfft(harmonics, more, axis=1) * (more / self.angles)
         return nested_tuples(rows)
 
-    def radiated(self) -> FloatArray:
+    def radiation_drift(self) -> FloatArray:
         """Mean surge and sway force and yaw moment (n m, 3) of the waves that its motions against the water make.
 
         Maruo (1960): k / omega times the power that they take from the waves, less what they carry on. What goes toward
@@ -271,7 +273,7 @@ class HullInWaves:
         lost = toward.sum(axis=2)[..., None] * way.T - np.einsum("nbt,ct->nbc", toward, way)
         return np.asarray((share[..., None] * lost).reshape(-1, 3), np.float64)
 
-    def reflected(self) -> FloatArray:
+    def reflection_drift(self) -> FloatArray:
         """Mean surge and sway force and yaw moment (n m, 3) of the waves that the sides throw back.
 
         Faltinsen et al. (1980): rho g / 2 sin^2 of the angle between waves and waterline, per metre of that, on the
@@ -325,7 +327,7 @@ def with_drift(hull: HullInWaves, hydro: Hydro | None, transform: FloatArray) ->
             return vessel
         whole, most = hull.far_field(hydro, transform), np.full(3, np.inf)
     else:
-        whole = hull.radiated() + hull.reflected()
+        whole = hull.radiation_drift() + hull.reflection_drift()
     at_rest = np.clip(whole - hull.own_mean(), -most, most)
     parts, still = [at_rest], hull.every(at_rest)
     for axis in _TAU * np.eye(2):

@@ -23,7 +23,32 @@ from vrx_mj.model.boats import Vessel
 _MOST_LIFT = 1000.0
 """Lift of the whole hull over the boat's weight: a light inflatable one has 20."""
 _ODD_ANGLE = math.radians(5.0)
-"""Heel or trim at rest beyond which a boat's masses are hardly meant so."""
+"""Heel or trim at rest above which a boat's masses are probably wrong [rad]."""
+_HEELS = tuple(range(0, 181, 10))
+"""Angles of heel of the righting arms [degrees]."""
+DENSITY = 997.8
+"""Density of VRX's water [kg/m3]."""
+_MAX_LINE_LIFT = 2.5
+"""Largest lift over weight of floats in lines: 2.7 for the bare WAM-V."""
+_VOLUME_LIFTS = (1.1, 10.0)
+"""Least and largest lift over weight of floats that have a volume."""
+_LINE_SPREAD = 1.0 / math.sqrt(3.0)
+"""Two lines of stations this share of the beam apart roll as stiffly as a solid rectangular waterplane."""
+_MODEL_LENGTH = 4.9
+"""Length of the WAM-V [m]. Froude's law scales its drag: forces per speed with the length to 2.5, moments to 4.5."""
+_MODEL_LINEAR = (51.3, 40.0, 500.0, 50.0, 50.0, 400.0)
+"""Linear drag of the WAM-V: three forces [N s/m] and three moments [N m s]."""
+_MODEL_SURGE_QUADRATIC = 72.4
+"""Quadratic drag of the WAM-V in surge [N s2/m2]."""
+LINES = frozenset({"hull_radius", "boat_width", "boat_length", "hulls"})
+"""Fields that place floats: a file that gives one of them means lines of floats at z = 0, as VRX has them."""
+_MAX_LIFT_HEIGHT = 0.1
+"""Largest height of the buoyancy over the point of the drag, as a share of the length: drag then still damps all
+motion."""
+_MIN_HULL_SHARE = 0.1
+"""Share of a boat's displacement below which its shapes are no hull, and give no more than its length and beam."""
+_AWASH_SHARE = 0.95
+"""Share of its height at which a boat floats that is heavier than what its shapes displace."""
 
 
 @dataclass(frozen=True)
@@ -35,11 +60,11 @@ class Flotation:
     volume: float
     """Displaced volume [m3]."""
     center: FloatArray
-    """(3,): centre of buoyancy [m]"""
+    """Centre of buoyancy, (3,) [m]."""
     area: float
     """Area of the waterplane [m2]."""
     spread: FloatArray
-    """(2,): second moments of the waterplane along x and along y, about its centroid [m4]"""
+    """Second moments of the waterplane along x and along y, about its centroid, (2,) [m4]."""
     middle: float
     """x of the waterplane's centroid [m]."""
 
@@ -165,10 +190,6 @@ def _crossing(wet: FloatArray, dry: FloatArray, level: float) -> FloatArray:
     return wet + share[:, None] * (dry - wet)
 
 
-_HEELS = tuple(range(0, 181, 10))
-"""Angles of heel of the righting arms [degrees]."""
-
-
 @dataclass(frozen=True)
 class HullSheet:
     """A hull afloat upright, without trim."""
@@ -269,27 +290,6 @@ def hull_sheet(
     )
 
 
-DENSITY = 997.8
-"""Density of VRX's water [kg/m3]."""
-_RESERVE = 2.5
-"""Largest lift over weight of floats in lines: 2.7 for the bare WAM-V."""
-_RESERVES = (1.1, 10.0)
-"""Least and largest lift over weight of floats that have a volume."""
-_SPREAD = 1.0 / math.sqrt(3.0)
-"""Two lines of stations this share of the beam apart roll as stiffly as a solid rectangular waterplane."""
-_MODEL_LENGTH = 4.9
-"""Length of the WAM-V [m]. Froude's law scales its drag: forces per speed with the length to 2.5, moments to 4.5."""
-_MODEL_LINEAR = (51.3, 40.0, 500.0, 50.0, 50.0, 400.0)
-_MODEL_SURGE_QUADRATIC = 72.4
-LINES = frozenset({"hull_radius", "boat_width", "boat_length", "hulls"})
-"""Fields that place floats: a file that gives one of them means lines of floats at z = 0, as VRX has them."""
-_HIGHEST_LIFT = 0.1
-"""Share of the length up to which the water may push above where it is felt: drag then still damps all motion."""
-_LEAST_SHARE = 0.1
-"""Share of a boat's displacement below which its shapes are no hull, and give no more than its length and beam."""
-_AWASH = 0.95
-"""Share of its height at which a boat floats that is heavier than what its shapes displace."""
-
 _Corner = tuple[float, float, float]
 
 
@@ -310,7 +310,7 @@ def derived_lines(boat: Boat) -> Derived:
     """VRX's two lines of floats for a boat of which only shapes and mass are known.
 
     Length and beam are those of the box around what collides, or else is seen; the floats' radius gives a lift of
-    `_RESERVE` times the weight; drag is the WAM-V's by Froude's law of similarity; added mass is nil.
+    `_MAX_LINE_LIFT` times the weight; drag is the WAM-V's by Froude's law of similarity; added mass is nil.
 
     Raises:
         VrxError: the boat has no shape, or no mass.
@@ -318,8 +318,8 @@ def derived_lines(boat: Boat) -> Derived:
     low, high = boat_box(boat)
     length, beam = high[0] - low[0], high[1] - low[1]
     floats = {
-        "hull_radius": math.sqrt(_RESERVE * boat_mass(boat).mass / (math.pi * DENSITY * length)),
-        "boat_width": _SPREAD * beam,
+        "hull_radius": math.sqrt(_MAX_LINE_LIFT * boat_mass(boat).mass / (math.pi * DENSITY * length)),
+        "boat_width": _LINE_SPREAD * beam,
         "boat_length": length,
     }
     return Derived(floats | _resistance(length))
@@ -343,16 +343,16 @@ def derived_floats(boat: Boat, density: float, stations: int) -> Derived:
     if whole > wanted * (1.0 + 1e-6):
         wet = flotation(corners, wanted)
     else:
-        wet = flotation_at(corners, low + _AWASH * (high - low))
+        wet = flotation_at(corners, low + _AWASH_SHARE * (high - low))
         carries = f"{whole:.3g} m3, carries {whole * density:.4g} kg, and it weighs {body.mass:.4g} kg"
         notes = (*notes, f"the volume of its shapes, {carries}: it floats awash")
-    if whole < _LEAST_SHARE * wanted:
+    if whole < _MIN_HULL_SHARE * wanted:
         return replace(derived_lines(boat), notes=notes)
     if wet.area <= 0.0:  # surfaces that pass through themselves
         return derived_lines(boat)
     rest = f"waterline at z = {round(wet.level, 4) + 0.0:.3g} m, draft {wet.level - low:.3g} m"
     length = float(np.ptp(corners[:, :, 0]))
-    floats, lift = _floats(wet, wanted, max(whole, wanted), stations, _HIGHEST_LIFT * length)
+    floats, lift = _floats(wet, wanted, max(whole, wanted), stations, _MAX_LIFT_HEIGHT * length)
     values = floats | {"boat_length": length} | _resistance(length)
     return Derived(values, rest, (*notes, *wet.remarks(body.center)), (0.0, 0.0, lift))
 
@@ -367,7 +367,7 @@ def _floats(wet: Flotation, volume: float, whole: float, stations: int, most: fl
     """
     from scipy.optimize import brentq
 
-    reserve = min(max(whole / volume, _RESERVES[0]), _RESERVES[1])
+    reserve = min(max(whole / volume, _VOLUME_LIFTS[0]), _VOLUME_LIFTS[1])
     share = float(brentq(lambda s: _section(s) - 0.5 * math.pi / reserve, 1e-6, 1.0))
     chord = 2.0 * math.sqrt(share * (2.0 - share))
     radius = volume / wet.area * chord / _section(share)

@@ -21,20 +21,20 @@ DENSITY, _GRAVITY = SEA_WATER_DENSITY, STANDARD_GRAVITY
 _VISCOSITY = 1.19e-6
 """Kinematic viscosity of sea water at 15 degrees Celsius [m2/s] (ITTC 7.5-02-01-03)."""
 _STATIONS = 20
-"""Strips of a hull along its length."""
-_FROUDE = 0.4
+"""Number of strips along a hull."""
+_FULL_FROUDE = 0.4
 """Froude number at full thrust: that of the hull speed."""
 _GYRATION = 0.375, 0.25
 """Radii of gyration over beam in roll, and over length in pitch and yaw (ITTC 7.5-02-07-02.1: 0.35 to 0.40; 0.25)."""
 _RELATIVE_DAMPING = 0.3, 0.2, 0.4
 """Shares of critical damping in heave, roll and pitch, those of Fossen's Otter (otter.py, Fossen 2021)."""
-WIND = 0.7, 0.825, 0.125
+WIND_COEFFICIENTS = 0.7, 0.825, 0.125
 """Coefficients of wind from ahead, across and about z: the middle of the ranges of Fossen (2021), 10.1."""
-_ENGINES = 0.38
-"""Share of the beam by which the outer engines are off the middle: under the hulls of a catamaran."""
-_BLUNT = 0.9
-"""Cosine of the angle to ahead or astern from which on a face is a blunt end."""
-_PRESSURE = 0.8, 0.2
+_ENGINE_SPACING = 0.38
+"""Distance of the outer engines from the middle as a share of the beam: under the hulls of a catamaran."""
+_BLUNT_COSINE = 0.9
+"""Cosine of the angle to ahead or astern above which a face is a blunt end."""
+_BLUNT_DRAG = 0.8, 0.2
 """Drag coefficients of blunt bows (Hoerner 1965) and of transoms (Holtrop and Mennen 1982) over their areas."""
 _HOERNER = (
     (0.01, 0.35, 0.45, 0.47, 0.49, 0.56, 0.65, 0.83, 0.99, 1.31, 1.64, 2.31, 3.01, 4.0),
@@ -42,7 +42,7 @@ _HOERNER = (
 )
 """Half the beam over the draft, and the drag coefficient across: Hoerner's curve as Fossen (2021), 6.7, has it."""
 _SKEG_ASPECT, _SKEG_RESERVE = 1.0, 1.25
-"""Aspect ratio of a skeg that is advised, and how much larger it is than it has to be."""
+"""Aspect ratio of a recommended skeg, and its area over the least that is needed."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class HullEstimate:
     """Closed triangles (n, 3, 3) of the hull [m]."""
     sheet: HullSheet
     origin: FloatArray
-    """(3,) where the base link is in the axes of the mesh [m]."""
+    """Place of the base link in the axes of the mesh, (3,) [m]."""
     hulls: int
     """Hulls side by side."""
     length: float
@@ -159,7 +159,7 @@ class _Hull:
         beam, draft = float(self.breadth.max()), float(self.draft.max())
         block = self.volume / (self.length * beam * draft)
         form = max(25.6 * block / ((self.length / beam) ** 2 * math.sqrt(beam / draft)) - 0.095, 0.0)
-        ends = sum(c * area for c, area in zip(_PRESSURE, self.blunt, strict=True))
+        ends = sum(c * area for c, area in zip(_BLUNT_DRAG, self.blunt, strict=True))
         return 0.5 * DENSITY * (self.wetted * friction * (1.0 + form) + ends)
 
 
@@ -182,7 +182,7 @@ def _hull(wet: FloatArray) -> _Hull:
     draft = np.array([-float(piece[:, :, 2].min(initial=0.0)) for piece in pieces])
     across = 0.5 * normals_of(wet)
     sizes = np.linalg.norm(across, axis=1)
-    ahead, astern = (float(sizes[side * across[:, 0] > _BLUNT * sizes].sum()) for side in (1.0, -1.0))
+    ahead, astern = (float(sizes[side * across[:, 0] > _BLUNT_COSINE * sizes].sum()) for side in (1.0, -1.0))
     middle = 0.5 * float(wet[:, :, 1].min() + wet[:, :, 1].max())
     floor = 1e-6 * float(draft.max())
     return _Hull(
@@ -221,7 +221,7 @@ def estimated_hull(
     hulls = list(_hulls(wet))
     low, high = wet.reshape(-1, 3).min(axis=0), wet.reshape(-1, 3).max(axis=0)
     length, beam, _ = (high - low).tolist()
-    speed = _FROUDE * math.sqrt(_GRAVITY * length)
+    speed = _FULL_FROUDE * math.sqrt(_GRAVITY * length)
     added, drag = _added_mass(hulls, sheet), [hull.surge_drag(speed) for hull in hulls]
     kx, ky = _GYRATION
     inertia = mass * (kx * beam) ** 2, mass * (ky * length) ** 2, mass * (ky * length) ** 2
@@ -233,7 +233,7 @@ def estimated_hull(
     damping[5] = sum(2.0 * k * speed * hull.y**2 for k, hull in zip(drag, hulls, strict=True))
     along, stern = np.linspace(low[0], high[0], _STATIONS), _stern(hulls, float(low[0]))
     drafts = np.max([np.interp(along, hull.x, hull.draft) for hull in hulls], axis=0)
-    off = _ENGINES * beam * np.linspace(1.0, -1.0, engines) * (engines > 1)
+    off = _ENGINE_SPACING * beam * np.linspace(1.0, -1.0, engines) * (engines > 1)
     places = tuple(
         (float(low[0]) + 0.04 * length, 0.5 * float(low[1] + high[1]) + y, 0.6 * float(low[2])) for y in off.tolist()
     )
@@ -292,7 +292,7 @@ def _course(
 ) -> tuple[float, float, float, float]:
     """Course stability of a boat of a mass and inertia, with the centre of mass `ahead` of the origin [m]."""
     (mass, inertia), (x, _, area, aspect) = rigid, stern
-    speed, lift = _FROUDE * math.sqrt(_GRAVITY * length), 0.5 * DENSITY * area * normal_slope(aspect)
+    speed, lift = _FULL_FROUDE * math.sqrt(_GRAVITY * length), 0.5 * DENSITY * area * normal_slope(aspect)
     surge, sway, coupling = added[0, 0], added[1, 1], added[1, 5] - ahead * added[1, 1]
     yaw = added[5, 5] - 2.0 * ahead * added[1, 5] + ahead**2 * sway
     whole = np.array([[mass + sway, coupling], [coupling, inertia + yaw]])

@@ -29,12 +29,34 @@ from vrx_mj.physics.tables import MATRIX, MESH
 from vrx_mj.physics.thrust import normal_slope
 from vrx_mj.rigid_bodies import MassProperties
 
-_MISFIT = 0.2
-"""Share of the displacement, and of the draft, by which a hull may lie otherwise than that of its file."""
-_STEPS = 48
-"""Frequencies of a hull's table of waves, or the next multiple of those that its file has."""
-_NIL = 1e-9
+_FILE_TOLERANCE = 0.2
+"""Share of the displacement, and of the draft, by which a hull's position may differ from that of its file."""
+_MIN_FREQUENCIES = 48
+"""Least number of frequencies of a hull's table of waves; the next multiple of those in its file is taken."""
+_MIN_RESIDUE = 1e-9
 """Share of the largest residue [SI] below which all of a motion's at a pole are left out."""
+_GRAVITY = 9.81
+"""Gravity in the stiffness at rest [m/s2]; a world's own is within 1 %."""
+_MAX_RATE = 1000.0
+"""Fastest motion about rest [rad/s]: that of a boat with a draft of 0.01 mm."""
+_DECAY_TIMES = math.log(20.0)
+"""Time constants after which an oscillation has decayed to 5 %."""
+_MAX_GROWTH = 1e-3
+"""Rate [1/s] up to which a motion that grows may be rounding."""
+_MOST_LOST = 0.05
+"""Share of a sea's energy beyond the last frequency of a hull's file above which there is a warning."""
+_MAX_SHORT_SHARE = 0.1
+"""Share of a sea's energy in waves shorter than a hull without a file above which there is a warning."""
+_MAX_TRANSIENT = 60.0
+"""Time [s] for a transient to decay to 5 %, in a sea without a ramp, above which there is a warning."""
+_MAX_ENERGY_GAIN = 0.01
+"""Share of its energy that a motion gains in a minute through the time step above which there is a warning."""
+_MAX_FROUDE = 0.4
+"""Froude number up to which boats are carried by their displacement (Faltinsen, 2005, 1.1)."""
+_VERTICAL = np.ix_((2, 3, 4), (2, 3, 4))
+"""Rows and columns of heave, roll and pitch in a (6, 6) matrix."""
+_MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+"""Names of the six motions."""
 
 
 def about_origin(matrix: FloatArray, point: Sequence[float] | FloatArray) -> FloatArray:
@@ -58,7 +80,7 @@ def memory_of(hydro: Hydro, density: float) -> tuple[Memory, ...]:
     """The memory of a hull in water of a density [kg/m3]: for each pole, that of each motion that makes waves."""
     share, rows = density / hydro.density, list[Memory]()
     residues = np.array(hydro.residues)
-    least = _NIL * float(np.abs(residues).max(initial=0.0))
+    least = _MIN_RESIDUE * float(np.abs(residues).max(initial=0.0))
     for pole, residue in zip(hydro.poles, residues, strict=True):
         a, b = (share * about_origin(residue[..., part], hydro.point) for part in (0, 1))
         rows += [
@@ -74,7 +96,7 @@ def memory_of(hydro: Hydro, density: float) -> tuple[Memory, ...]:
 def diffraction_of(hydro: Hydro, density: float) -> Diffraction | None:
     """Diffraction of a hull in water of a density [kg/m3], at even frequencies from 0, where it vanishes.
 
-    They are about `_STEPS`, on cubic splines through the file's, between which the loop goes straight.
+    They are about `_MIN_FREQUENCIES`, on cubic splines through the file's, between which the loop goes straight.
     """
     if not hydro.diffraction:
         return None
@@ -85,32 +107,10 @@ def diffraction_of(hydro: Hydro, density: float) -> Diffraction | None:
     at_origin = np.einsum("ji,nmjc->nmci", _transform(hydro.point), diffraction).reshape(n, -1)
     frequencies = np.concatenate(([0.0], hydro.waves))
     forces = np.concatenate((np.zeros((1, at_origin.shape[1])), at_origin)) * density / hydro.density
-    count = n * max(round(_STEPS / n), 1)
+    count = n * max(round(_MIN_FREQUENCIES / n), 1)
     even = np.linspace(0.0, frequencies[-1], count + 1)
     smooth = CubicSpline(frequencies, forces)(even)
     return Diffraction(step=float(even[1]), forces=nested_tuples(smooth.reshape(count + 1, angles, 12)))
-
-
-_GRAVITY = 9.81
-"""Gravity in the stiffness at rest [m/s2]; a world's own is within 1 %."""
-_FASTEST = 1000.0
-"""Fastest motion about the rest [rad/s]: a boat of a draft of 0.01 mm has that."""
-_FADED = math.log(20.0)
-"""Times its time constant after which a swing is 5 % of what it was."""
-_GROWTH = 1e-3
-"""Rate [1/s] up to which a motion that grows may be rounding."""
-_MOST_LOST = 0.05
-"""Share of a sea's energy that may be beyond the last frequency of a hull's file without a remark."""
-_SHORT_SHARE = 0.1
-"""Share of a sea's energy that may be in waves shorter than a hull without a file, without a remark."""
-_TRANSIENT = 60.0
-"""Time [s] in which swinging may fade to 5 % that a sea without a ramp starts, without a remark."""
-_GAIN_PER_MINUTE = 0.01
-"""Share of its energy that a motion may gain in a minute by the length of the step, without a remark."""
-_DISPLACED = 0.4
-"""Froude number up to which boats are carried by their displacement (Faltinsen, 2005, 1.1)."""
-_VERTICAL = np.ix_((2, 3, 4), (2, 3, 4))
-_MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
 def check_mass(name: str, added: FloatArray, body: MassProperties, key: str) -> None:
@@ -155,13 +155,13 @@ def check_rest(boat: Boat, vessel: Vessel, density: float, rest: Flotation | Non
             warnings.warn(f"robot {name}: {note}", VrxWarning, stacklevel=2)
     rates = _rates(_inertia(body) + np.array(vessel.added_mass), stiffness, vessel)
     fastest = float(np.abs(rates).max())
-    if fastest > _FASTEST:
+    if fastest > _MAX_RATE:
         raise VrxError(
             f"robot {name}: its fastest motion about equilibrium has {fastest:.3g} rad/s, and needs steps of "
             f"{0.2 / fastest:.1g} s; check the units of its hull, and the mass and inertia of its links"
         )
     worst = rates[rates.real.argmax()]
-    if worst.real > _GROWTH:
+    if worst.real > _MAX_GROWTH:
         swing = f", with a period of {2.0 * math.pi / abs(worst.imag):.3g} s" if abs(worst.imag) > 1e-6 else ""
         text = f"robot {name} is unstable: a small motion about its rest grows at {worst.real:.3g} 1/s{swing}"
         if vessel.memory:
@@ -197,7 +197,7 @@ def warn_if_rough(boat: Boat, vessel: Vessel | None, sea: Sea, timestep: float) 
     notes, body = [], boat_mass(boat)
     whole = math.fsum(wave.amplitude**2 for wave in sea.waves)
     short = math.fsum(wave.amplitude**2 for wave in sea.waves if wave.wavenumber * vessel.length > 2.0 * math.pi)
-    if not vessel.diffraction and short > _SHORT_SHARE * whole:
+    if not vessel.diffraction and short > _MAX_SHORT_SHARE * whole:
         notes.append(
             f"{100.0 * short / whole:.3g} % of the sea's energy is in waves shorter than its waterline of "
             f"{vessel.length:.3g} m, to which it responds too much: give it `hydro`, by `vrx-mj robot hydro --bem`"
@@ -206,16 +206,16 @@ def warn_if_rough(boat: Boat, vessel: Vessel | None, sea: Sea, timestep: float) 
     rest = None if corners is None else flotation(corners, body.mass / sea.density)
     stiffness, _ = _stiffness_at_rest(vessel, body, sea.density, rest)
     rates = _rates(_inertia(body) + np.array(vessel.added_mass), stiffness, vessel)
-    slowest = float(-rates.real[np.abs(rates.imag) > _GROWTH].max(initial=-math.inf))
-    if whole > 0.0 and sea.tau <= 0.0 and slowest * _TRANSIENT < _FADED:
-        fades = f"fades to 5 % in {_FADED / slowest:.3g} s" if slowest > _GROWTH else "does not fade"
+    slowest = float(-rates.real[np.abs(rates.imag) > _MAX_GROWTH].max(initial=-math.inf))
+    if whole > 0.0 and sea.tau <= 0.0 and slowest * _MAX_TRANSIENT < _DECAY_TIMES:
+        fades = f"fades to 5 % in {_DECAY_TIMES / slowest:.3g} s" if slowest > _MAX_GROWTH else "does not fade"
         notes.append(f"a sea that is there from the start makes it swing, which {fades}: give the sea a `ramp`")
-    speed = _DISPLACED * math.sqrt(_GRAVITY * vessel.length)
+    speed = _MAX_FROUDE * math.sqrt(_GRAVITY * vessel.length)
     gain = 0.0 if vessel.memory else _gain(vessel, body, stiffness, speed, timestep)
-    if gain > _GAIN_PER_MINUTE:
+    if gain > _MAX_ENERGY_GAIN:
         grows = f"{100.0 * gain:.3g} %" if gain < 10.0 else "over 1,000 %"
         notes.append(
-            f"at {speed:.3g} m/s, a Froude number of {_DISPLACED:g}, steps of {timestep:g} s add {grows} a minute to "
+            f"at {speed:.3g} m/s, a Froude number of {_MAX_FROUDE:g}, steps of {timestep:g} s add {grows} a minute to "
             "the energy of heave, roll or pitch, before damping: increase its damping, or use a shorter `timestep`"
         )
     if notes:
@@ -330,13 +330,13 @@ def vessel_of(boat: Boat, density: float, *, in_waves: bool) -> Vessel | None:
 
 def _check_fit(name: str, hydro: Hydro, mass: float, level: float, points: Sequence[Sequence[float]]) -> None:
     """Refuse radiation of a hull that lies otherwise than one of a mass [kg] in its water, which is at a level [m]."""
-    if hydro.displacement is not None and abs(mass - hydro.displacement) > _MISFIT * hydro.displacement:
+    if hydro.displacement is not None and abs(mass - hydro.displacement) > _FILE_TOLERANCE * hydro.displacement:
         raise VrxError(
             f"robot {name}: hull.hydro is for a hull that displaces {hydro.displacement:.4g} kg, but the boat has "
-            f"{mass:.4g} kg: more than {_MISFIT:.0%} apart; compute it again with `--mass {mass:.4g}`"
+            f"{mass:.4g} kg: more than {_FILE_TOLERANCE:.0%} apart; compute it again with `--mass {mass:.4g}`"
         )
     draft = level - min((point[2] for point in points), default=-math.inf)
-    if hydro.waterline is not None and abs(level - hydro.waterline) > _MISFIT * draft:
+    if hydro.waterline is not None and abs(level - hydro.waterline) > _FILE_TOLERANCE * draft:
         raise VrxError(
             f"robot {name}: hull.hydro is for a hull with the water at z = {hydro.waterline:.4g} m, but the boat's "
             f"is at {level:.4g} m, with a draft of {draft:.4g} m: compute it again, with the mesh in the axes of the "

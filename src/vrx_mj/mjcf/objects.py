@@ -50,8 +50,27 @@ from vrx_mj.model.world import Parameters
 from vrx_mj.physics.noise import stream_key, uniform
 
 _ORIGIN: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+"""Pose of an object whose file gives none."""
 _DEFAULT_ROPE = RopeConfig()
 """Rope of an object in a world with current, unless it gives another, or swims."""
+_TRIES = 1000
+"""Number of places tried for an object before the field counts as full."""
+BALL = "blue_projectile"
+"""The object that shooters shoot; VRX's."""
+DEPTH = 200.0
+"""Depth of a parked ball under the mean surface [m]: below any ground, and out of sight of cameras and lidars."""
+SPACING = 25.0
+"""Distance between parked balls [m]: more than the distance at which the stepping loop looks for contacts."""
+_COLUMNS = 32
+"""Number of columns of the grid of parked balls."""
+_SHAPE_CODES = {"box": 0, "sphere": 1, "cylinder": 2}
+"""Codes of shapes in the runtime's tables."""
+DENSITY = 997.0
+"""Density of the water [kg/m3] in profile vrx3, where an object's file gives none. VRX 3's PolyhedraBuoyancyDrag.cc."""
+_ROPE_STIFFNESS = 10.0
+"""Default stiffness of ropes for each kg of what they hold [N/m]: its period is 2 s."""
+_TRAJECTORY_PROFILE = NEWER
+"""The profile whose worlds use Gazebo's TrajectoryFollower."""
 
 
 @dataclass(frozen=True)
@@ -139,10 +158,6 @@ def _with_symbols(docks: Sequence[DockPlacement], symbols: Sequence[str]) -> lis
     return shown
 
 
-_TRIES = 1000
-"""Places that are tried for an object before the field is full."""
-
-
 def place_fields(
     config: WorldConfig,
     boats: Sequence[tuple[float, float]],
@@ -211,15 +226,6 @@ def _middles(dock: PlacedDock) -> FloatArray:
     return np.array([compose(dock.pose, pose)[:2] for pose in local], np.float64).reshape(-1, 2)
 
 
-BALL = "blue_projectile"
-"""The object that shooters shoot; VRX's."""
-DEPTH = 200.0
-"""Depth of a parked ball under the mean surface [m]: below any ground, and out of sight of cameras and lidars."""
-SPACING = 25.0
-"""Between parked balls [m]: more than the distance at which the stepping loop looks for contacts."""
-_COLUMNS = 32
-
-
 def ball_name(boat: str, shooter: str) -> str:
     """Name of a shooter's ball among the objects of a world."""
     return f"{boat}/{shooter}"
@@ -252,15 +258,6 @@ def spare_ball(boat: str, shooter: str, taken: AbstractSet[tuple[float, ...]]) -
     while (place := (SPACING * (index % _COLUMNS), -SPACING * (1 + index // _COLUMNS), -DEPTH)) in taken:
         index += 1
     return PlacedObject(ball_name(boat, shooter), BALL, load_object(BALL), (*place, 0.0, 0.0, 0.0))
-
-
-_SHAPES = {"box": 0, "sphere": 1, "cylinder": 2}
-DENSITY = 997.0
-"""Density of the water [kg/m3] in profile vrx3, where an object's file gives none. VRX 3's PolyhedraBuoyancyDrag.cc."""
-_ROPE_STIFFNESS = 10.0
-"""Default stiffness of ropes for each kg of what they hold [N/m]: its period is 2 s."""
-_TURNS_FIRST = NEWER
-"""The profile whose worlds use Gazebo's TrajectoryFollower."""
 
 
 def object_piece(config: ObjectConfig, *, asleep: bool = False) -> Piece:
@@ -356,7 +353,7 @@ def follower_row(item: PlacedObject, profile: str, start: int) -> tuple[Follower
     path = item.path
     assert path is not None, f"{item.name} follows no path"
     points = path_points(path, item.pose)
-    turns_first = profile == _TURNS_FIRST if path.turns_first is None else path.turns_first
+    turns_first = profile == _TRAJECTORY_PROFILE if path.turns_first is None else path.turns_first
     row = record_from(
         Follower,
         path,
@@ -428,7 +425,7 @@ def element_row(element: BuoyancyElement) -> Element:
         "cylinder": ((r, length, 0.0), math.pi * r * r * length, (2.0 * r + length) / 2.0),
     }[element.type]
     return Element(
-        shape=_SHAPES[element.type],
+        shape=_SHAPE_CODES[element.type],
         size=size,
         position=element.pose[:3],
         rotation=rotation(*element.pose[3:]),

@@ -40,10 +40,20 @@ from vrx_mj.spectra import (
 )
 
 _Row = dict[str, Any]
-_NIL_AMPLITUDE = 1e-9
+_MIN_AMPLITUDE = 1e-9
 """Waves lower than this [m] are left out: with VRX's scale 2.5 the longest one has 1e-11 m."""
 PROFILES: Mapping[str, ProfileCode] = {"vrx": tables.VRX, "vrx3": tables.VRX3, "marine": tables.MARINE}
 """Codes of the profiles in the runtime's tables."""
+NO_WIND = (0.0, 0.0, 0.0)
+"""Mean wind of a calm [m/s]."""
+_NPD_HEIGHT = 10.0
+"""Height of the mean speed on which the NPD spectrum depends [m]."""
+_STALE_LINK = "wind_stale_link"
+"""VRX's defect by which the wind pushes no boat."""
+_FIRST_GUST = {"vrx": 0.0, "vrx3": 0.001, "marine": 0.0}
+"""Length of the first step that the gusts assume [s]; 0: its own. VRX 3's USVWind.cc."""
+_SHOWN_NAMES = 3
+"""Number of boats that a warning names."""
 
 
 def sea_parameters(sea: SeaConfig, physics: PhysicsConfig) -> Sea:
@@ -56,7 +66,7 @@ def sea_parameters(sea: SeaConfig, physics: PhysicsConfig) -> Sea:
         waves = pms_components(*shape, gain=sea.gain, period=sea.period, direction=sea.direction)
     elif sea.model == "cwr":
         waves = cwr_components(*shape, amplitude=sea.amplitude, period=sea.period, direction=sea.direction)
-    afloat = [wave for wave in waves if wave["amplitude"] > _NIL_AMPLITUDE]
+    afloat = [wave for wave in waves if wave["amplitude"] > _MIN_AMPLITUDE]
     height = 4.0 * math.sqrt(math.fsum(wave["amplitude"] ** 2 for wave in afloat) / 2.0)
     # what presses on hulls; VRX's waves keep their own lengths
     pressing = (physics.gravity, sea.density) if _moving(physics) else (WAVE_GRAVITY, WATER_DENSITY)
@@ -179,17 +189,6 @@ class Rows:
         return [(sensor.boat, sensor.name) for sensor in self.sensors if sensor.type == "ball_shooter"]
 
 
-NO_WIND = (0.0, 0.0, 0.0)
-_NPD_HEIGHT = 10.0
-"""Height of the mean speed on which the NPD spectrum depends [m]."""
-_STALE = "wind_stale_link"
-"""VRX's defect by which the wind pushes no boat."""
-_FIRST_GUST = {"vrx": 0.0, "vrx3": 0.001, "marine": 0.0}
-"""Length of the first step that the gusts assume [s]; 0: its own. VRX 3's USVWind.cc."""
-
-_SHOWN_NAMES = 3
-"""Boats that a warning names."""
-
 _Coefficients = tuple[float, float, float]
 
 
@@ -250,7 +249,7 @@ def boat_wind(
     wind: WindConfig | None, physics: PhysicsConfig, name: str, robot: str, own: _Coefficients | None
 ) -> _Coefficients:
     """Coefficients for a boat: the world's, or else its `own`; none where the world's push nothing."""
-    if _STALE in physics.quirks:
+    if _STALE_LINK in physics.quirks:
         return NO_WIND
     return wind_coefficients(wind, name, robot) or (own if _pushes_boats(wind, physics) else None) or NO_WIND
 
@@ -264,7 +263,7 @@ def boat_windage(
         own is None
         or physics.profile != MARINE
         or listed
-        or _STALE in physics.quirks
+        or _STALE_LINK in physics.quirks
         or not _pushes_boats(wind, physics)
     ):
         return None
@@ -304,7 +303,7 @@ def warn_if_unpushed(
     world: str, wind: WindConfig | None, physics: PhysicsConfig, boats: Iterable[tuple[BoatConfig, object]]
 ) -> None:
     """One warning if a wind blows that has no coefficients for some boats, each given with what it has of its own."""
-    if wind is None or wind.objects == () or _STALE in physics.quirks or not (wind.mean_velocity or wind.var_gain):
+    if wind is None or wind.objects == () or _STALE_LINK in physics.quirks or not (wind.mean_velocity or wind.var_gain):
         return
     still = [boat for boat, own in boats if not own and wind_coefficients(wind, boat.name, boat.robot) is None]
     if still:

@@ -23,19 +23,21 @@ from vrx_mj.mjcf.templates import render
 
 PREFIX = "@prefix@/"
 """Prefix of names in a piece until it has a place in a world."""
-MANY, _GROUP = 100, 50
+MIN_GROUPED, _GROUP_SIZE = 100, 50
 """Number of parts above which they are read in groups, and number of parts in a group."""
 _SLEEP_OPTIONS = ("enableflags", "sleep_tolerance")
 """Options that the first sleeping part changes."""
 _SENSOR_FIELDS = ("name", "type", "objtype", "objname", "reftype", "refname", "intprm", "datatype", "needstage", "dim")
+"""Fields of a sensor that are copied."""
 _MESH_FIELDS = ("name", "file", "scale", "inertia")
+"""Fields of a mesh that are copied."""
 _SECTIONS = {
     "assets": "asset", "bodies": "worldbody", "contacts": "contact", "equalities": "equality", "sensors": "sensor",
 }  # fmt: skip
 """Tags of the sections of a piece that hold its elements, by the names of their blocks."""
 _BODY_KEYS = ("body1", "body2", "subtree2")
 """Attributes that name a body."""
-_COMPILED, _REMEMBERED = set[str](), 4096
+_COMPILED, _MAX_COMPILED = set[str](), 4096
 """Digests of pieces that MuJoCo has compiled, and how many of them are remembered."""
 
 
@@ -282,7 +284,7 @@ class Pieces:
                 one.spec().compile()
             except ValueError:
                 self.spec().compile()
-            if len(_COMPILED) == _REMEMBERED:
+            if len(_COMPILED) == _MAX_COMPILED:
                 _COMPILED.clear()
             _COMPILED.add(one.digest)
 
@@ -364,8 +366,8 @@ class Pieces:
         fixed = list(takewhile(lambda part: not part.is_prefixed, self.parts))
         others = self.parts[len(fixed) :]
         runs = [list(run) for _, run in groupby(others, key=lambda part: part.name[0])]
-        groups = [run[start : start + _GROUP] for run in runs for start in range(0, len(run), _GROUP)]
-        many = len(self.parts) > max(MANY, 10 * len(groups))
+        groups = [run[start : start + _GROUP_SIZE] for run in runs for start in range(0, len(run), _GROUP_SIZE)]
+        many = len(self.parts) > max(MIN_GROUPED, 10 * len(groups))
         return [fixed, *groups] if many and all(part.is_prefixed for part in others) else [self.parts]
 
     def _attach(

@@ -30,8 +30,8 @@ from vrx_mj.formats.urdf.links import ENDLESS
 from vrx_mj.formats.urdf.model import ZERO, Joint, Urdf
 from vrx_mj.frames import quaternion, rotation
 from vrx_mj.mjcf.boats import (
-    LIGHTEST,
-    NOTHING,
+    NO_INERTIA,
+    SERVO_INERTIA,
     AssembledThruster,
     Boat,
     Engines,
@@ -72,10 +72,14 @@ from vrx_mj.rigid_bodies import MassProperties, rigid
 
 _Color = tuple[float, float, float, float]
 
-_WORLD = "world"
-"""Name of a root link that stays where the boat is put, by Gazebo's convention."""
+_WORLD_LINK = "world"
+"""Name of a root link that is fixed where the boat is put, by Gazebo's convention."""
 _MAPPINGS = {"linear": LINEAR, "glf": GLF, "newtons": NEWTONS}
 """Codes of the thrust mappings in the runtime's table."""
+_MOVING_TYPES = ("revolute", "continuous", "prismatic")
+"""Types of joints that can move."""
+_COLLISION_COLOR = (0.6, 0.6, 0.6, 1.0)
+"""Colour of a collision shape, drawn for a link without visual shapes."""
 
 
 def robot_piece(
@@ -90,16 +94,16 @@ def robot_piece(
     shapes = [shape for part in parts for shape in (*part.collisions, *part.visuals)]
     needed = meshes(shapes)
     # names that several shapes have are distinguished by those of their links
-    double = {name for name, count in Counter(shape.name for shape in shapes if shape.name).items() if count > 1}
-    hinged, yields = engines == "hinged", _solref(boat.contact)
+    shared = {name for name, count in Counter(shape.name for shape in shapes if shape.name).items() if count > 1}
+    hinged, solref = engines == "hinged", _solref(boat.contact)
     thrusters = [
         {
             "body": thruster.link,
             "joint": thruster.joint,
             "pose": thruster.pose,
-            "mass": turning_mass(thruster) or NOTHING,
+            "mass": turning_mass(thruster) or NO_INERTIA,
             # recordings turn what is seen of an engine with the steering angle
-            "frames": _frames(thruster.parts, double, yields, seen=f"{thruster.name}_engine"),
+            "frames": _frames(thruster.parts, shared, solref, visual=f"{thruster.name}_engine"),
         }
         for thruster in boat.thrusters
         if thruster.parts
@@ -107,10 +111,10 @@ def robot_piece(
     turning = [thruster["body"] for thruster in thrusters if thruster["joint"]] if hinged else []
     values = {
         "link": boat.link,
-        "is_fixed": boat.link == _WORLD,
+        "is_fixed": boat.link == _WORLD_LINK,
         "meshes": needed,
         "base_mass": body or body_mass(boat, engines),
-        "base": _frames(boat.parts, double, yields, color=color),
+        "base": _frames(boat.parts, shared, solref, color=color),
         "thrusters": thrusters,
         "cameras": [_camera_view(sensor) for sensor in boat.sensors if isinstance(sensor, CameraConfig)],
         "hinged": hinged,
@@ -134,26 +138,29 @@ def _solref(contact: ContactConfig) -> tuple[float, float]:
 
 def _frames(
     parts: Iterable[Part],
-    double: Collection[str | None],
-    yields: tuple[float, float],
+    shared: Collection[str | None],
+    solref: tuple[float, float],
     *,
-    seen: str = "",
+    visual: str = "",
     color: _Color | None = None,
 ) -> list[dict[str, object]]:
-    """Links' geoms; what is seen is called by `seen` and a number, if that is given, and the first has the `color`."""
+    """Links' geoms. Names in `shared` begin with the link's; visual geoms are named `visual` and a number, if given.
+
+    The first visual geom has the `color`, if given.
+    """
     frames, number = list[dict[str, object]](), itertools.count()
     for part in parts:
         count, own = Counter[str](), []
         for item in geoms((*part.collisions, *part.visuals)):
             name = item.name
-            if name in double:
+            if name in shared:
                 name = f"{part.name}_{name}"
                 count[name] += 1
                 name = name if count[name] == 1 else f"{name}_{count[name]}"
             if item.rgba is None:
-                own.append(replace(item, name=name, solref=yields))
+                own.append(replace(item, name=name, solref=solref))
             else:
-                name = f"{seen}_{next(number)}" if seen else name
+                name = f"{visual}_{next(number)}" if visual else name
                 own.append(replace(item, name=name, rgba=color or item.rgba))
                 color = None
         frames.append({"pose": part.pose, "geoms": own})
@@ -242,7 +249,7 @@ def thruster_rows(boat: Boat, engines: Engines, prefix: str) -> list[Thruster]:
     whole = boat_mass(boat)
     rows = []
     for item in boat.thrusters:
-        turning = turning_mass(item) or NOTHING
+        turning = turning_mass(item) or NO_INERTIA
         hinged = engines == "hinged" and item.joint is not None
         drive = item.drive
         strongest = max(drive.max_force_forward, -drive.max_force_reverse)
@@ -260,17 +267,17 @@ def thruster_rows(boat: Boat, engines: Engines, prefix: str) -> list[Thruster]:
                 propeller=item.center,
                 direction=item.direction,
                 body_com=nested_tuples((turning if hinged else whole).center),
-                inertia=max(axis_inertia(turning), LIGHTEST),
+                inertia=max(axis_inertia(turning), SERVO_INERTIA),
                 max_command=strongest if drive.mapping == "newtons" else drive.max_command,
                 max_forward=drive.max_force_forward,
                 max_reverse=drive.max_force_reverse,
-                **_force(item, names, boat),
+                **_force_fields(item, names, boat),
             )
         )
     return rows
 
 
-def _force(item: AssembledThruster, names: Sequence[str], boat: Boat) -> dict[str, Any]:
+def _force_fields(item: AssembledThruster, names: Sequence[str], boat: Boat) -> dict[str, Any]:
     """Fields of a row about the force and a blade; `names` are those of the boat's thrusters."""
     rudder = item.blade
     none = {"area": 0.0, "slope": 0.0, "density": 0.0, "race": -1, "race_area": 0.0, "race_share": 0.0}
@@ -429,12 +436,6 @@ def _with_names(row: _Named, boat: str) -> _Named:
     return replace(row, **named)
 
 
-_MOVING = ("revolute", "continuous", "prismatic")
-"""Types of joints that move here."""
-_GREY = (0.6, 0.6, 0.6, 1.0)
-"""Colour of a shape that collides, drawn where a link has none that is seen."""
-
-
 def jointed_model(robot: Urdf) -> mujoco.MjModel:
     """The model of a robot with its joints at rest; links without visuals show what collides.
 
@@ -459,11 +460,11 @@ def jointed_model(robot: Urdf) -> mujoco.MjModel:
         body = outer.add_body(name=link, pos=pose[:3], quat=quaternion(*pose[3:]), mass=1.0, inertia=(1.0, 1.0, 1.0))
         body.explicitinertial = True
         bodies[link] = body
-        if joint and joint.type in _MOVING and not joint.is_locked:
+        if joint and joint.type in _MOVING_TYPES and not joint.is_locked:
             own = robot.local(joint.name)
             _add_joint(spec, body, joint, joint.name if own in robot.joints else own)
         for geom in geoms(shapes[link]):
-            seen = body.add_geom(pos=geom.pos, quat=quaternion(*geom.euler), rgba=geom.rgba or _GREY)
+            seen = body.add_geom(pos=geom.pos, quat=quaternion(*geom.euler), rgba=geom.rgba or _COLLISION_COLOR)
             seen.type = getattr(mujoco.mjtGeom, f"mjGEOM_{geom.type.upper()}")
             seen.size[: len(geom.size)] = geom.size
             seen.meshname = geom.mesh or ""

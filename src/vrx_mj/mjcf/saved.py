@@ -27,35 +27,24 @@ from vrx_mj.model.kinds import Pose, record, record_from
 from vrx_mj.model.world import FORMAT, FORMER, Parameters, broken_references, format_of, parameters_of, tree_of
 
 _MOST_CHARACTERS = 100_000_000
-"""Longest text that is read."""
-_DEEPEST = 500
-"""Elements inside each other."""
-_LONGEST = 500
-"""Most characters of a name."""
-_LARGEST = 1e12
+"""Longest text that is read [characters]."""
+_MAX_DEPTH = 500
+"""Largest number of elements inside each other."""
+_MAX_NAME = 500
+"""Longest name [characters]."""
+_MAX_NUMBER = 1e12
 """Largest magnitude of a number."""
 _MOST_PIXELS = 8192
 """Largest edge of a picture."""
 _SHOWN = 60
+"""Characters of a text that a message quotes."""
 
 _TOKEN = re.compile(r'\s+|<!--[^<>]*-->|</[a-z]+>|<[a-z]+(?:\s+[a-z][a-z0-9_]*="[^"<>]*")*\s*/?>')
+"""A token of the XML that we write: white space, a comment or a tag."""
 _NUMBER = re.compile(r"[-+]?\d{1,40}(?:\.\d{0,40})?(?:[eE][-+]?\d{1,4})?")
+"""A number as we write it."""
 
 _Check = Callable[[str], object]
-
-
-def _numbers(value: str) -> bool:
-    return all(_NUMBER.fullmatch(part) and abs(float(part)) <= _LARGEST for part in value.split())
-
-
-def _pixels(value: str) -> bool:
-    return all(re.fullmatch(r"[0-9]{1,5}", part) and int(part) <= _MOST_PIXELS for part in value.split())
-
-
-def _at_most(length: int) -> _Check:
-    return lambda value: len(value) <= length
-
-
 ATTRIBUTES: Mapping[str, Sequence[str]] = {
     tag: attributes.split()
     for tag, attributes in {
@@ -104,8 +93,32 @@ _WORDS = {
     "geom.type": "plane sphere capsule ellipsoid cylinder box mesh", "contact.data": "found", "contact.num": "1",
 }  # fmt: skip
 """Words that an attribute may have."""
+_MOST_ASSETS, _MOST_TRIANGLES = 10_000, 200_000
+"""Largest number of files that an MJCF names, and of triangles in one."""
+_LARGEST_ASSETS = 500_000_000
+"""Largest size of these files together [bytes]."""
+_CORNERS = re.compile(rb"^[ \t]*f([^\n]*)", re.MULTILINE)
+"""Line of an OBJ file that lists the corners of a face."""
+_HASH = re.compile(r"_([0-9a-f]{12,16})\.(?:obj|stl|xml)$")
+"""End of a file's name: the first digits of its content's SHA-256."""
+_TOUCH = "touch"
+"""First word of the names of contact sensors; the name of the other body follows."""
+
+
+def _numbers(value: str) -> bool:
+    return all(_NUMBER.fullmatch(part) and abs(float(part)) <= _MAX_NUMBER for part in value.split())
+
+
+def _pixels(value: str) -> bool:
+    return all(re.fullmatch(r"[0-9]{1,5}", part) and int(part) <= _MOST_PIXELS for part in value.split())
+
+
+def _at_most(length: int) -> _Check:
+    return lambda value: len(value) <= length
+
+
 _CHECKS: Mapping[str, _Check] = {
-    **dict.fromkeys(("name", "mesh", "material", "body1", "body2", "subtree2"), _at_most(_LONGEST)),
+    **dict.fromkeys(("name", "mesh", "material", "body1", "body2", "subtree2"), _at_most(_MAX_NAME)),
     **dict.fromkeys(("mujoco.model", "text.data"), _at_most(100_000)),
     **dict.fromkeys(("width", "height", "offwidth", "offheight", "shadowsize", "resolution"), _pixels),
     **dict.fromkeys(("group", "contype", "conaffinity", "priority"), _pixels),
@@ -136,8 +149,8 @@ class Contents:
         stack = [(root, "", 0)]
         while stack:
             element, body, depth = stack.pop()
-            if depth > _DEEPEST:
-                raise ValueError(f"elements are nested too deeply; at most {_DEEPEST}")
+            if depth > _MAX_DEPTH:
+                raise ValueError(f"elements are nested too deeply; at most {_MAX_DEPTH}")
             _check_element(element)
             name = element.get("name", "")
             if element.tag == "body":
@@ -199,16 +212,6 @@ def _check_element(element: ET.Element) -> None:
             raise ValueError(f"invalid {key} '{shown}' of <{element.tag}>")
 
 
-_MOST_ASSETS, _MOST_TRIANGLES = 10_000, 200_000
-_LARGEST_ASSETS = 500_000_000
-"""Bytes of all files together that an MJCF names."""
-_CORNERS = re.compile(rb"^[ \t]*f([^\n]*)", re.MULTILINE)
-_HASH = re.compile(r"_([0-9a-f]{12,16})\.(?:obj|stl|xml)$")
-"""End of a file's name: the first digits of its content's SHA-256."""
-_TOUCH = "touch"
-"""Contact sensors are called by this and the name of the rival."""
-
-
 _PieceFile = Annotated[str, StringConstraints(pattern=r"^piece_[0-9a-f]{16}\.xml$")]
 
 
@@ -216,7 +219,7 @@ _PieceFile = Annotated[str, StringConstraints(pattern=r"^piece_[0-9a-f]{16}\.xml
 class _Placed:
     """A piece and its place in a world."""
 
-    name: Annotated[str, StringConstraints(min_length=1, max_length=_LONGEST)]
+    name: Annotated[str, StringConstraints(min_length=1, max_length=_MAX_NAME)]
     """Name of the part."""
     piece: _PieceFile
     """Name of the piece's file."""

@@ -25,10 +25,10 @@ from vrx_mj.physics.surface import EDGE, PLAIN, WAVELETS, fan_triangles, reflect
 
 _RGB = tuple[float, float, float]
 
-_NOON = math.radians(60.0)
+_NOON_ELEVATION = math.radians(60.0)
 """Elevation of the sun half way between sunrise and sunset [rad]."""
-_LOWEST = math.radians(5.0)
-"""The light never comes from lower: when the sun is down, it is that of the bright part of the sky, or the moon."""
+_MIN_LIGHT_ELEVATION = math.radians(5.0)
+"""Least elevation of the light [rad]: when the sun is down, it is that of the bright part of the sky, or the moon."""
 
 _SKIES = (
     (-20.0, (0.015, 0.022, 0.055), (0.05, 0.06, 0.11), (0.12, 0.14, 0.20), 0.28),
@@ -40,6 +40,44 @@ _SKIES = (
 )
 """Elevation of the sun [degrees], colours of zenith, horizon and light, share of ambient light; mixed in between."""
 _HEIGHTS, _ZENITH, _HORIZON, _LIGHT, _AMBIENT = zip(*_SKIES, strict=True)
+_EXTENT = 20.0
+"""`statistic extent` [m] of every world: the unit of MuJoCo's fog and clipping distances."""
+_NO_FOG_DISTANCE = 2000.0
+"""Start of the fog in a world without fog [m]: beyond everything that is drawn."""
+AMBIENT = (0.4, 0.4, 0.4)
+"""Ambient light by day, red, green and blue [of full scale]."""
+_HEADLIGHT = 0.35
+"""Light from the eye by day [of full scale], so that shaded surfaces keep their colour."""
+_FOG_START_DEPTH, _FOG_END_DEPTH = -math.log(0.95), -math.log(0.05)
+"""Optical depths at which fog hides 5 % and 95 %."""
+MARKER = "vrx_mj/marker"
+"""Prefix of the names of their geoms."""
+AHEAD = 1.0
+"""Distance from the upright cylinder to the middle of the other [m]. VRX: waypoint_markers.cc."""
+_GROUP = 1
+"""Group of their geoms and of the water: cameras see it, lidars do not."""
+SEA = "vrx_mj/sea"
+"""Name of the skin that is the sea's surface, of its material and of the material's texture."""
+_LAMP = "vrx_mj/lamp"
+"""Name of the material of light buoys' panels."""
+_WATER, _SKY, _SUN = "water", "sky", "sun"
+"""Names of the world's plane of water, of its skybox and of its light."""
+SKY_SIDE = 512
+"""Pixels along an edge of the sky's cube: 0.2 degrees at the middle of a face."""
+_PALETTE = (512, 256)
+"""Columns and rows of the sea's palette."""
+_EYE_HEIGHT = 2.0
+"""Height of the eye [m] for which the sea is shaded until its mover gives another."""
+_SLICES, _STACKS, _QUADS = 20, 8, 1
+"""Facets around and along round shapes, and on a box's edge: MuJoCo's 28, 16 and 4 take longer to draw."""
+_DEEP_COLOR = (0.035, 0.165, 0.215)
+"""Colour of deep water by day."""
+FOAM_BRIGHTNESS = 0.85
+"""Brightness of foam by day."""
+_DAY_BRIGHTNESS = 0.85
+"""Brightness of a clear day's horizon: the water is darker in proportion where the horizon is."""
+_LUMA = np.array([0.2126, 0.7152, 0.0722])
+"""Weights of red, green and blue in a colour's brightness (ITU-R BT.709)."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +105,7 @@ def daylight(sky: SkyConfig, latitude: float) -> Daylight:
     that has passed. Season and true solar geometry are left out: the file gives the times of sunrise and sunset.
     """
     elevation, course = _sun(sky, latitude)
-    shown = max(elevation, _LOWEST)
+    shown = max(elevation, _MIN_LIGHT_ELEVATION)
     degrees = math.degrees(elevation)
     return Daylight(
         zenith=_mix(degrees, _ZENITH),
@@ -88,23 +126,12 @@ def _sun(sky: SkyConfig, latitude: float) -> tuple[float, float]:
         night = 24.0 - day
         turn = math.pi * (1.0 + ((sky.time - sky.sunset) % 24.0) / night)
     side = 1.0 if latitude < 0.0 else -1.0  # in the south the sun passes through the north
-    return _NOON * math.sin(turn), side * turn
+    return _NOON_ELEVATION * math.sin(turn), side * turn
 
 
 def _mix(degrees: float, colors: tuple[_RGB, ...]) -> _RGB:
     red, green, blue = (float(np.interp(degrees, _HEIGHTS, channel)) for channel in zip(*colors, strict=True))
     return red, green, blue
-
-
-_EXTENT = 20.0
-"""`statistic extent` [m] of every world: the unit of MuJoCo's fog and clipping distances."""
-_FAR = 2000.0
-"""Start of the fog [m] in a world without fog, beyond all that is looked at."""
-AMBIENT = (0.4, 0.4, 0.4)
-_HEADLIGHT = 0.35
-"""Light [of full scale] that comes from the eye by day, so that what lies in shade keeps its colour."""
-_FAINT, _DENSE = -math.log(0.95), -math.log(0.05)
-"""Optical depths at which fog hides 5 % and 95 %."""
 
 
 def scene_values(config: WorldConfig) -> dict[str, object]:
@@ -113,7 +140,7 @@ def scene_values(config: WorldConfig) -> dict[str, object]:
     fog = scene.fog if scene.fog and scene.fog.type != "none" else None
     light = _daylight(config)
     horizon = fog.color if fog else scene.background or (*light.horizon, 1.0)
-    start, end = fog_range(fog) if fog else (_FAR, 2.0 * _FAR)
+    start, end = fog_range(fog) if fog else (_NO_FOG_DISTANCE, 2.0 * _NO_FOG_DISTANCE)
     _warn(config.name, _not_drawn(scene))
     return {
         "extent": _EXTENT,
@@ -143,10 +170,10 @@ def fog_range(fog: FogConfig) -> tuple[float, float]:
     """
     if fog.type == "linear":
         return fog.start, fog.end
-    if fog.density * _FAR < _FAINT:  # so thin that nobody sees it
-        return _FAR, 2.0 * _FAR
+    if fog.density * _NO_FOG_DISTANCE < _FOG_START_DEPTH:  # so thin that nobody sees it
+        return _NO_FOG_DISTANCE, 2.0 * _NO_FOG_DISTANCE
     power = 0.5 if fog.type == "quadratic" else 1.0
-    return _FAINT**power / fog.density, _DENSE**power / fog.density
+    return _FOG_START_DEPTH**power / fog.density, _FOG_END_DEPTH**power / fog.density
 
 
 def _daylight(config: WorldConfig) -> Daylight:
@@ -172,14 +199,6 @@ def _not_drawn(scene: SceneConfig) -> list[str]:
 def _warn(name: str, missing: list[str]) -> None:
     if missing:
         warnings.warn(f"world {name}: MuJoCo cannot draw {', '.join(missing)}", VrxWarning, stacklevel=4)
-
-
-MARKER = "vrx_mj/marker"
-"""Prefix of the names of their geoms."""
-AHEAD = 1.0
-"""Distance from the upright cylinder to the middle of the other [m]. VRX: waypoint_markers.cc."""
-_GROUP = 1
-"""Group of their geoms and of the water: cameras see it, lidars do not."""
 
 
 def marker_rows(config: MarkersConfig, goals: Iterable[Sequence[float]]) -> tuple[Marker, ...]:
@@ -216,22 +235,6 @@ def add_markers(spec: mujoco.MjSpec, world: Parameters) -> None:
             contype=0,
             conaffinity=0,
         )
-
-
-SEA = "vrx_mj/sea"
-"""Name of the skin that is the sea's surface, of its material and of the material's texture."""
-_LAMP = "vrx_mj/lamp"
-"""Name of the material of light buoys' panels."""
-_WATER, _SKY, _SUN = "water", "sky", "sun"
-"""Names of the world's plane of water, of its skybox and of its light."""
-SKY_SIDE = 512
-"""Pixels along an edge of the sky's cube: 0.2 degrees at the middle of a face."""
-_PALETTE = (512, 256)
-"""Columns and rows of the sea's palette."""
-_LOOKOUT = 2.0
-"""Height of the eye [m] for which the sea is shaded until its mover gives another."""
-_SLICES, _STACKS, _QUADS = 20, 8, 1
-"""Facets around and along round shapes, and on a box's edge: MuJoCo's 28, 16 and 4 take longer to draw."""
 
 
 def drawing_model(world: World) -> mujoco.MjModel:
@@ -292,9 +295,9 @@ def _paint(texture: mujoco.MjsTexture, pixels: ByteArray) -> None:
 
 def _add_sea(spec: mujoco.MjSpec, level: float, palette: ByteArray) -> None:
     """The sea's skin, a flat disc around the world's centre."""
-    r, angle = np.meshgrid(ring_distances(_LOOKOUT, 0.0, -0.5 * math.pi, 0.0), math.pi * spokes(), indexing="ij")
+    r, angle = np.meshgrid(ring_distances(_EYE_HEIGHT, 0.0, -0.5 * math.pi, 0.0), math.pi * spokes(), indexing="ij")
     x, y = spec.stat.center[0] + r * np.cos(angle), spec.stat.center[1] + r * np.sin(angle)
-    slant = _LOOKOUT / np.hypot(r, _LOOKOUT)
+    slant = _EYE_HEIGHT / np.hypot(r, _EYE_HEIGHT)
     mirrored = EDGE + (1.0 - 2.0 * EDGE) * np.vectorize(reflectance)(slant, math.sqrt(WAVELETS))
     points = np.stack([x, y, np.full_like(x, level)], axis=-1).reshape(-1, 3)
     places = np.stack([mirrored, np.full_like(mirrored, PLAIN)], axis=-1).reshape(-1, 2)
@@ -337,15 +340,6 @@ def add_skin(
         vertweight=[[1.0] * len(points)],
         group=1,
     )
-
-
-_DEEP = (0.035, 0.165, 0.215)
-"""Colour of deep water by day."""
-FOAM = 0.85
-"""Brightness of foam by day."""
-_DAY = 0.85
-"""Brightness of a clear day's horizon: the water is darker in proportion where the horizon is."""
-_LUMA = np.array([0.2126, 0.7152, 0.0722])
 
 
 @lru_cache(maxsize=4)
@@ -397,10 +391,10 @@ def sea_palette(width: int, height: int, zenith: FloatArray, horizon: FloatArray
     rows = ((np.arange(height) + 0.5) / height - PLAIN) / (PLAIN - EDGE)
     glitter, foam = np.clip(rows, 0.0, 1.0)[:, None, None], np.clip(-rows, 0.0, 1.0)[:, None, None]
     sine = 1.0 - (np.clip(share - 0.02, 0.0, None) / 0.98) ** 0.2
-    day = min(float(horizon @ _LUMA) / _DAY, 1.0)
-    deep = np.array(_DEEP) * day
+    day = min(float(horizon @ _LUMA) / _DAY_BRIGHTNESS, 1.0)
+    deep = np.array(_DEEP_COLOR) * day
     mirrored = deep + (_sky_color(sine, zenith, horizon) - deep) * share[:, None]
-    return _bytes(mirrored + light * np.any(zenith != horizon) * glitter + (FOAM * day - mirrored) * foam)
+    return _bytes(mirrored + light * np.any(zenith != horizon) * glitter + (FOAM_BRIGHTNESS * day - mirrored) * foam)
 
 
 def cube_rays(side: int) -> Iterator[FloatArray]:

@@ -11,25 +11,39 @@ from vrx_mj.config.shapes import normals_of
 from vrx_mj.errors import VrxError
 
 _MOST_TRIANGLES = 20_000
-"""Triangles among which crossings are looked for."""
+"""Largest number of triangles of a mesh that is searched for crossings."""
 _MOST_PAIRS = 100_000_000
-"""Pairs of triangles that are looked at, of those that overlap along one axis."""
+"""Largest number of pairs of triangles compared, of those that overlap along one axis."""
 MOST_SHOWN = 1000
-"""Pairs that cross up to which they are counted."""
-_AT_ONCE = 2_000_000
-"""Pairs for which memory is made at once."""
-_NEAR = 1e-6
+"""Largest number of crossing pairs that is counted."""
+_PAIR_CHUNK = 2_000_000
+"""Number of pairs compared at once, by the memory that they take."""
+_TOUCH_TOLERANCE = 1e-6
 """Share of the extent [m] up to which triangles touch, and do not pass through each other."""
-_COLUMNS = 128
-"""Vertical lines along each horizontal axis along which volumes are measured."""
-_OFF = (0.3819660113, 0.7320508076)
+_RAYS_PER_AXIS = 128
+"""Number of vertical lines along each horizontal axis by which volumes are measured."""
+_RAY_OFFSET = (0.3819660113, 0.7320508076)
 """Place of a line in its column, as shares that are irrational: lines then meet no edges of plain shapes."""
-_LITTLE = 0.005
-"""Share of the volume up to which what counts twice is not worth a remark."""
-_MOST_INVERTED = 0.02
-"""Share of the volume up to which parts may be inside out."""
+_MAX_OVERLAP = 0.005
+"""Share of the volume that may count twice without a warning."""
+_MAX_INVERTED = 0.02
+"""Share of the volume that may be inside out without a warning."""
 _REPAIR = "repair it, for example with Blender's 3D-Print Toolbox"
+"""What to do about a broken mesh, in messages."""
 _JOIN = "join them to one, for example with Blender's Boolean union"
+"""What to do about overlapping parts, in messages."""
+_SEAM = 1e-9
+"""Distance [m] within which two corners are one point."""
+_MOMENT_TOLERANCE = 1e-7
+"""Relative difference of the moments of two surfaces up to which they are one."""
+_EDGE_TOLERANCE = 1e-6
+"""Relative difference of two edges up to which they are equally long."""
+MIN_PANELS = 200
+"""Least number of panels of a compact hull, all of about the same size."""
+_MAX_PANELS = 1000
+"""Largest number of panels to which halving equal edges alike may bring a hull."""
+_PARTS = 8
+"""Number of parts into which a slender hull is divided along its length."""
 
 
 @dataclass(frozen=True)
@@ -58,12 +72,12 @@ def checked_surface(corners: FloatArray, names: Sequence[str] = (), starts: Sequ
     spot = f", the first at ({', '.join(f'{value:.3g}' for value in place)}) m" if count else ""
     number = f"{count:,} or more" if count == MOST_SHOWN else f"{count:,}"
     pairs = f"{number} {'pair of triangles crosses' if count == 1 else 'pairs of triangles cross'}{spot}"
-    if found.inverted > _MOST_INVERTED * (found.volume + found.inverted):
+    if found.inverted > _MAX_INVERTED * (found.volume + found.inverted):
         raise VrxError(
             f"its surface intersects itself: {found.inverted:.3g} m3 of {found.volume + found.inverted:.3g} m3 "
             f"are inside out{'; ' + pairs if count else ''}; {_REPAIR}"
         )
-    if found.twice > _LITTLE * found.volume:
+    if found.twice > _MAX_OVERLAP * found.volume:
         where = _worst_pair(corners, names, starts)
         text = f"its surfaces overlap{where}: {found.twice:.3g} of {found.volume:.3g} m3 count twice and lift too much"
         return (f"{text}{'; ' + pairs if count else ''}; {_JOIN}",)
@@ -110,14 +124,14 @@ def _passages(corners: FloatArray) -> tuple[IntArray, FloatArray, FloatArray, fl
     """Where vertical lines pass triangles: line, height [m], 1 on the way in and -1 on the way out; area of a line."""
     flat = corners[:, :, :2]
     low, size = flat.min(axis=(0, 1)), np.maximum(np.ptp(flat, axis=(0, 1)), 1e-300)
-    number = _COLUMNS
+    number = _RAYS_PER_AXIS
     while True:
-        grid = (flat - low) / size * number - _OFF
+        grid = (flat - low) / size * number - _RAY_OFFSET
         first = np.clip(np.ceil(grid.min(axis=1)), 0, number).astype(np.int64)
         last = np.clip(np.floor(grid.max(axis=1)), -1, number - 1).astype(np.int64)
         wide = np.maximum(last - first + 1, 0)
         counts = wide[:, 0] * wide[:, 1]
-        if counts.sum() <= _AT_ONCE or number == 1:
+        if counts.sum() <= _PAIR_CHUNK or number == 1:
             break
         number //= 2
     rows = np.repeat(np.arange(len(corners)), counts)
@@ -147,7 +161,7 @@ def crossings(corners: FloatArray) -> tuple[int, FloatArray]:
     count, place = 0, np.zeros(3)
     if len(corners) > _MOST_TRIANGLES:
         return count, place
-    least = _NEAR * float(np.ptp(corners.reshape(-1, 3), axis=0).max())
+    least = _TOUCH_TOLERANCE * float(np.ptp(corners.reshape(-1, 3), axis=0).max())
     for one, other in _neighbours(corners):
         places = _crossing_middles(corners[one], corners[other], least)
         if len(places) and not count:
@@ -172,7 +186,7 @@ def _neighbours(corners: FloatArray) -> Iterator[tuple[IntArray, IntArray]]:
     start = 0
     while start < len(order) and total[start] <= _MOST_PAIRS:
         base = int(total[start - 1]) if start else 0
-        end = max(int(np.searchsorted(total, base + _AT_ONCE, side="right")), start + 1)
+        end = max(int(np.searchsorted(total, base + _PAIR_CHUNK, side="right")), start + 1)
         own = counts[start:end]
         first = np.repeat(np.arange(start, end), own)
         second = first + 1 + np.arange(len(first)) - np.repeat(np.cumsum(own) - own, own)
@@ -201,7 +215,7 @@ def _crossing_middles(one: FloatArray, other: FloatArray, least: float) -> Float
         for triangles, h in zip((one, other), heights, strict=True)
     ]
     start, end = np.maximum(spans[0][0], spans[1][0]), np.minimum(spans[0][1], spans[1][1])
-    real = (end - start > least) & (length > _NEAR)
+    real = (end - start > least) & (length > _TOUCH_TOLERANCE)
     point = spans[0][2][real]
     middle = 0.5 * (start + end)[real] - np.einsum("ij,ij->i", point, along[real])
     found: FloatArray = base[real] + point + middle[:, None] * along[real]
@@ -229,37 +243,23 @@ def _span(triangles: FloatArray, heights: FloatArray, along: FloatArray) -> tupl
     return np.minimum(s, t), np.maximum(s, t), points[0]
 
 
-_SEAM = 1e-9
-"""Distance [m] within which two corners are one point."""
-_SAME = 1e-7
-"""Share by which the moments of two surfaces differ that are one."""
-_EQUAL = 1e-6
-"""Share by which edges differ that are as long."""
-FEWEST = 200
-"""Triangles that a compact hull has at least, of about the same size."""
-_MOST = 1000
-"""Triangles to which equal edges that are halved alike may bring a hull."""
-_ALONG = 8
-"""Parts into which a slender hull is divided along its length."""
-
-
 def panels_of(corners: FloatArray) -> tuple[FloatArray, IntArray]:
     """Points (n, 3) [m] and triangles (m, 3) of closed triangles (k, 3, 3), of which long ones are divided.
 
-    An edge is halved that is a triangle's longest, longer than a part of `_ALONG`, and longer than that of `FEWEST`
+    An edge is halved that is a triangle's longest, longer than a part of `_PARTS`, and longer than that of `MIN_PANELS`
     equal triangles of the same area, right-angled with two equal sides. It is halved in both triangles that have it, so
     that the surface stays closed. Of a surface that is the same to port and to starboard, or ahead and astern, but
     whose triangles are not, one half is divided and mirrored, so that waves from ahead do not push it aside.
     """
     points, triangles = _merge_points(corners)
     across = normals_of(corners)
-    equal = 2.0 * math.sqrt(0.5 * float(np.linalg.norm(across, axis=1).sum()) / FEWEST)
-    longest = max(equal, float(np.ptp(points, axis=0).max()) / _ALONG)
+    equal = 2.0 * math.sqrt(0.5 * float(np.linalg.norm(across, axis=1).sum()) / MIN_PANELS)
+    longest = max(equal, float(np.ptp(points, axis=0).max()) / _PARTS)
     found, even = (_divide(points, triangles, longest, even=choice) for choice in (False, True))
     axes = [axis for axis in (1, 0) if _same_surface(*_halves(corners, axis)) and not _is_mirrored(*found, axis)]
     if not axes:
         return found
-    if len(even[1]) <= _MOST and all(_is_mirrored(*even, axis) for axis in axes):
+    if len(even[1]) <= _MAX_PANELS and all(_is_mirrored(*even, axis) for axis in axes):
         return even
     middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
     part = corners - middle
@@ -342,7 +342,7 @@ def _same_surface(one: FloatArray, other: FloatArray) -> bool:
         return False
     size = float(np.abs(one).max())
     first, second = _moments(one / size), _moments(other / size)
-    return bool(np.abs(first - second).max() < _SAME * first[0])
+    return bool(np.abs(first - second).max() < _MOMENT_TOLERANCE * first[0])
 
 
 def _moments(corners: FloatArray) -> FloatArray:
@@ -387,11 +387,11 @@ def _mark(long: BoolArray, edges: IntArray, lengths: FloatArray, longest: float,
         worst = edges[np.arange(len(edges)), lengths.argmax(axis=1)]
         long[worst[most[:, 0] > longest * (1.0 + _SEAM)]] = True
         return
-    long[edges[(lengths > most * (1.0 - _EQUAL)) & (most > longest * (1.0 + _SEAM))]] = True
+    long[edges[(lengths > most * (1.0 - _EDGE_TOLERANCE)) & (most > longest * (1.0 + _SEAM))]] = True
     while True:
         cut = long[edges]
         least, greatest = np.where(cut, lengths, np.inf).min(axis=1), np.where(cut, lengths, 0.0).max(axis=1)
-        both = (cut.sum(axis=1) == 2) & (least > greatest * (1.0 - _EQUAL))
+        both = (cut.sum(axis=1) == 2) & (least > greatest * (1.0 - _EDGE_TOLERANCE))
         if not both.any():
             return
         long[edges[both]] = True

@@ -32,6 +32,14 @@ _Row = dict[str, Any]
 _Loc = tuple[str | int, ...]
 _Shooter = tuple[str, str]
 """Names of a boat and of one of its ball shooters."""
+_WORLD_BODY = "world"
+"""The body of all that is fixed without one of its own, as MuJoCo calls it."""
+_POINTS = {"big": 5.0, "small": 10.0}
+"""Points of a ball in a hole, VRX's."""
+_LEFT_BUOY = re.compile(r"red_bound_(\d+)")
+"""Name of the left buoy of a gate."""
+_PARTNERS = ("green", "white", "blue", "black")
+"""First words of the right buoys of gates; a gate has one of them."""
 
 
 class Site:
@@ -133,10 +141,6 @@ class Site:
             self.fault(loc, f"on land: x {x:.2f} m, y {y:.2f} m is inside the shore of {terrain}")
 
 
-_WORLD_BODY = "world"
-"""The body of all that is fixed without one of its own, as MuJoCo calls it."""
-
-
 @dataclass(frozen=True)
 class Touch:
     """Something that the scored boat may touch: its name among the task's rivals, and its body."""
@@ -183,11 +187,6 @@ _ANIMALS: Mapping[str, _Habit] = {
     "turtle": "circumnavigate_counterclockwise",
 }
 """VRX's goals of animals, by the first word of their model."""
-_POINTS = {"big": 5.0, "small": 10.0}
-"""Points of a ball in a hole, VRX's."""
-_LEFT = re.compile(r"red_bound_(\d+)")
-_PARTNERS = ("green", "white", "blue", "black")
-"""First words of the right buoys of gates; a gate has one of them."""
 
 
 def task_parameters(
@@ -261,7 +260,7 @@ def _gates(site: Site, at: _Loc, channel: ChannelConfig) -> tuple[model.Gate, ..
     if not pairs:
         text = f"{owner} has no red_bound_i with a partner i, one of {', '.join(_PARTNERS)}; known: {known}"
         site.fault((*at, "gates"), text)
-    lone = [name for name in parts if _LEFT.fullmatch(name) and all(name != left for left, _ in pairs)]
+    lone = [name for name in parts if _LEFT_BUOY.fullmatch(name) and all(name != left for left, _ in pairs)]
     if lone and not channel.gates:
         warnings.warn(f"{owner}: no gate at {', '.join(lone)}, without a partner", VrxWarning, stacklevel=2)
     prefix = f"{course}/" if course else ""
@@ -270,7 +269,7 @@ def _gates(site: Site, at: _Loc, channel: ChannelConfig) -> tuple[model.Gate, ..
 
 def _red_right(parts: Sequence[str]) -> list[tuple[str, str]]:
     """Pairs of red buoys and their partners, in the order of their numbers."""
-    numbers = sorted((int(match[1]), match[1]) for match in map(_LEFT.fullmatch, parts) if match)
+    numbers = sorted((int(match[1]), match[1]) for match in map(_LEFT_BUOY.fullmatch, parts) if match)
     partners = {i: [name for color in _PARTNERS if (name := f"{color}_bound_{i}") in parts] for _, i in numbers}
     return [(f"red_bound_{i}", partners[i][0]) for _, i in numbers if partners[i]]
 

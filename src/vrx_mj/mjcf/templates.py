@@ -16,12 +16,12 @@ from vrx_mj.errors import CompileError
 from vrx_mj.formats.urdf.reader import is_binary_stl, mesh_bytes, obj_text, read_mesh
 from vrx_mj.packages import root
 
-_MESH = "vrx_mj/mesh"
+_TRIAL_MESH = "vrx_mj/mesh"
 """Name of a mesh that is tried alone."""
 _MUJOCO_SUFFIXES = (".obj", ".stl")
 """Suffixes of meshes that MuJoCo reads as they are."""
-_SIDES = 64
-"""Sides of the prism that a cylinder is where it collides."""
+_PRISM_SIDES = 64
+"""Number of sides of the prism that a cylinder collides as."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ def mesh(shape: Shape) -> Mesh:
     """The mesh of a shape of type `mesh`, read from its file, or a cylinder's; what MuJoCo cannot read becomes OBJ."""
     if shape.type == "cylinder":
         radius, half = _size(shape)
-        return _scaled(_prism(), ".obj", (radius, radius, half))
+        return _scale_mesh(_prism(), ".obj", (radius, radius, half))
     path = contained_file(str(shape.file), shape.folder)
     if not path.resolve().is_relative_to(root() / "assets"):
         stat = path.stat()
@@ -104,10 +104,11 @@ def mesh_of_file(path: Path, scale: tuple[float, ...] = (1.0, 1.0, 1.0)) -> Mesh
     content, suffix = mesh_bytes(path), path.suffix.lower()
     if suffix not in _MUJOCO_SUFFIXES or (suffix == ".stl" and not is_binary_stl(content)):
         content, suffix = obj_text(read_mesh(path)).encode(), ".obj"
-    return _scaled(content, suffix, scale)
+    return _scale_mesh(content, suffix, scale)
 
 
-def _scaled(content: bytes, suffix: str, scale: tuple[float, ...]) -> Mesh:
+def _scale_mesh(content: bytes, suffix: str, scale: tuple[float, ...]) -> Mesh:
+    """A mesh at a scale, named after its content and the scale."""
     stem = f"mesh_{hashlib.sha256(content).hexdigest()[:16]}"
     scaled = "" if scale == (1.0, 1.0, 1.0) else "_" + "_".join(map(repr, scale))
     return Mesh(stem + scaled, stem + suffix, scale, content)
@@ -115,20 +116,20 @@ def _scaled(content: bytes, suffix: str, scale: tuple[float, ...]) -> Mesh:
 
 @cache
 def _prism() -> bytes:
-    """OBJ of a prism inside of a cylinder of radius and half length 1: it lacks 0.12 % of the radius at most."""
-    angles = [2.0 * math.pi * side / _SIDES for side in range(_SIDES)]
+    """OBJ file of a prism inside a cylinder of radius and half length 1: 0.12 % of the radius smaller at most."""
+    angles = [2.0 * math.pi * side / _PRISM_SIDES for side in range(_PRISM_SIDES)]
     lines = [f"v {math.cos(angle):.9f} {math.sin(angle):.9f} {z}" for z in (-1, 1) for angle in angles]
-    for side in range(1, _SIDES + 1):
-        after = side % _SIDES + 1
-        lines += [f"f {side} {after} {after + _SIDES}", f"f {side} {after + _SIDES} {side + _SIDES}"]
-    for side in range(2, _SIDES):
-        lines += [f"f 1 {side + 1} {side}", f"f {_SIDES + 1} {_SIDES + side} {_SIDES + side + 1}"]
+    for side in range(1, _PRISM_SIDES + 1):
+        after = side % _PRISM_SIDES + 1
+        lines += [f"f {side} {after} {after + _PRISM_SIDES}", f"f {side} {after + _PRISM_SIDES} {side + _PRISM_SIDES}"]
+    for side in range(2, _PRISM_SIDES):
+        lines += [f"f 1 {side + 1} {side}", f"f {_PRISM_SIDES + 1} {_PRISM_SIDES + side} {_PRISM_SIDES + side + 1}"]
     return "\n".join([*lines, ""]).encode()
 
 
 @lru_cache(maxsize=256)
-def _check(path: Path, scale: tuple[float, ...], collides: bool, _changed: int, _size: int) -> None:
-    """Try a mesh of a user's alone in MuJoCo, whose errors name ours in its place."""
+def _check(path: Path, scale: tuple[float, ...], collides: bool, _modified: int, _bytes: int) -> None:
+    """Compile a user's mesh alone in MuJoCo, whose errors would name our file; once for each state of the user's."""
     import mujoco
 
     read_mesh(path)
@@ -136,13 +137,13 @@ def _check(path: Path, scale: tuple[float, ...], collides: bool, _changed: int, 
     try:
         spec = mujoco.MjSpec()
         spec.assets = {made.file: made.content}
-        spec.add_mesh(name=_MESH, file=made.file, scale=scale, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
+        spec.add_mesh(name=_TRIAL_MESH, file=made.file, scale=scale, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
         solid = int(collides)
-        spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=_MESH, contype=solid, conaffinity=solid)
+        spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=_TRIAL_MESH, contype=solid, conaffinity=solid)
         spec.compile()
     except ValueError as error:
-        words = str(error).splitlines()[0].removeprefix("Error: ").replace(f"'{_MESH}'", _MESH)
-        words = words.removesuffix(f": {_MESH}").removeprefix(f"mesh {_MESH} ")
+        words = str(error).splitlines()[0].removeprefix("Error: ").replace(f"'{_TRIAL_MESH}'", _TRIAL_MESH)
+        words = words.removesuffix(f": {_TRIAL_MESH}").removeprefix(f"mesh {_TRIAL_MESH} ")
         words = re.sub(rf"'?(assets/)?{re.escape(made.file)}'?", "it", words)
         raise CompileError(f"MuJoCo cannot use the mesh {display(path)}: {words}") from error
 

@@ -26,11 +26,33 @@ from vrx_mj.model.things import Ring
 _SAND_TOP = 0.4
 """Height over the water where grass begins [m]."""
 _SAND_COLOR = (0.72, 0.65, 0.48, 1.0)
+"""Colour of the sand."""
 _GRASS_COLOR = (0.30, 0.42, 0.24, 1.0)
+"""Colour of the grass."""
 _Rings = list[FloatArray]
 """A polygon of land: its exterior and its holes, rings of points (n, 2) [m]."""
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 """One triangle of a binary STL file."""
+_MAX_BYTES = 4_000_000
+"""Largest file that is read [bytes]."""
+_MAX_POINTS = 5000
+"""Largest number of points of a shoreline: each edge is compared with every other."""
+_SHORTEST_EDGE = 1e-6
+"""Points that are nearer to the next one [m] are left out."""
+_SLOPE = 0.25
+"""Rise of the bank over the distance inland: VRX's posts, tents and antenna fit such a slope within 0.3 m."""
+_WIDTH = 6.0
+"""Distance inland over which the bank rises [m]; it is flat beyond, 1.5 m over the water."""
+_FOOT = (-1.0, -0.6)
+"""Distance inland and height of the foot of the bank [m], under water."""
+_BLOCK_BOTTOM = -1.6
+"""Height of the blocks' underside [m]."""
+_MITRE_LIMIT = 3.0
+"""A corner lies at most this many times the offset away from its vertex, so that sharp ones stay short."""
+_MIN_CREST = 0.6
+"""Least height of a block's crest [m]: on narrow land the bank is steeper, so that no boat slips over it."""
+_DEPTH_STEP = 0.75
+"""Step in which a block's width is fitted to a narrow piece of land [m]."""
 
 
 def area_of(rings: Sequence[Sequence[Sequence[float]] | FloatArray]) -> object:
@@ -91,28 +113,6 @@ def _stl(triangles: FloatArray) -> bytes:
     return b"vrx_mj land".ljust(80) + np.array(len(facet), "<u4").tobytes() + facet.tobytes()
 
 
-_MAX_BYTES = 4_000_000
-"""Longest file that is read."""
-_MAX_POINTS = 5000
-"""Most points of a shoreline; each edge is compared with every other."""
-_SHORTEST_EDGE = 1e-6
-"""Points that are nearer to the next one [m] are left out."""
-_SLOPE = 0.25
-"""Rise of the bank over the distance inland: VRX's posts, tents and antenna fit such a slope within 0.3 m."""
-_CREST = 6.0
-"""Distance inland over which the bank rises [m]; it is flat beyond, 1.5 m over the water."""
-_TOE = (-1.0, -0.6)
-"""Distance inland and height of the foot of the bank [m], under water."""
-_FLOOR = -1.6
-"""Height of the blocks' underside [m]."""
-_MITRE_LIMIT = 3.0
-"""A corner lies at most this many times the offset away from its vertex, so that sharp ones stay short."""
-_RIDGE = 0.6
-"""Least height of a block's crest [m]: on narrow land the bank is steeper, so that no boat slips over it."""
-_DEPTH_STEP = 0.75
-"""Step in which a block's width is fitted to a narrow piece of land [m]."""
-
-
 def terrain_piece(name: str, near: Path | None = None) -> Piece:
     """A terrain: static geoms of the world body, no moving body.
 
@@ -133,7 +133,7 @@ def _build(path: Path, _changed: int) -> Piece:
 
     polygons = _read_polygons(path)
     try:
-        meshes = list(_land_meshes(polygons, [_TOE, *((d, _SLOPE * d) for d in (0.0, 1.5, 3.0, 4.5, _CREST))]))
+        meshes = list(_land_meshes(polygons, [_FOOT, *((d, _SLOPE * d) for d in (0.0, 1.5, 3.0, 4.5, _WIDTH))]))
     except (shapely.errors.GEOSException, ValueError) as error:
         raise _invalid(path, f"its rings bound no land: {error}") from error
     blocks = bank_blocks(_rings(polygons)).round(2)
@@ -181,7 +181,7 @@ def bank_blocks(rings: list[FloatArray]) -> FloatArray:
     """The corners of one convex block for each edge of the shore, (edges, 10, 3) [m].
 
     Across the shore a block is the polygon toe, waterline, crest, underside. A block reaches inland as far as
-    the land is nearer to its own edge than to any other, at most `_CREST`: blocks from both sides of a spit
+    the land is nearer to its own edge than to any other, at most `_WIDTH`: blocks from both sides of a spit
     meet in a ridge.
     """
     start = np.concatenate(rings)
@@ -189,14 +189,14 @@ def bank_blocks(rings: list[FloatArray]) -> FloatArray:
     inland = _moves(rings, inland=True)
     seaward = _moves(rings, inland=False)
     depth = _depths(start, end, *inland)
-    crest = np.maximum(_SLOPE * depth, _RIDGE)
+    crest = np.maximum(_SLOPE * depth, _MIN_CREST)
     level = np.ones_like(depth)
     lines = [
-        (seaward, _TOE[0] * level, _FLOOR * level),
-        (seaward, _TOE[0] * level, _TOE[1] * level),
+        (seaward, _FOOT[0] * level, _BLOCK_BOTTOM * level),
+        (seaward, _FOOT[0] * level, _FOOT[1] * level),
         (inland, 0.0 * level, 0.0 * level),
         (inland, depth, crest),
-        (inland, depth, _FLOOR * level),
+        (inland, depth, _BLOCK_BOTTOM * level),
     ]
     corners = [
         np.column_stack([vertex + move * distance[:, None], height])
@@ -236,7 +236,7 @@ def _depths(start: FloatArray, end: FloatArray, here: FloatArray, there: FloatAr
     vanish = np.where(shrink > 0.0, length / np.where(shrink > 0.0, shrink, 1.0), np.inf)
     depth = np.zeros(len(start))
     growing = np.ones(len(start), dtype=bool)
-    for reach in np.arange(_DEPTH_STEP, _CREST + 1e-9, _DEPTH_STEP):
+    for reach in np.arange(_DEPTH_STEP, _WIDTH + 1e-9, _DEPTH_STEP):
         crest_a, crest_b = start + reach * here, end + reach * there
         points = crest_a[:, None, :] * (1.0 - share) + crest_b[:, None, :] * share
         growing &= vanish > reach

@@ -31,6 +31,11 @@ from vrx_mj.model.world import (
 from vrx_mj.outputs import write_files
 from vrx_mj.signals import delays_exit
 
+_HEADER = re.compile(r"(<mujoco [^<>]*>\s*<!-- [^\n]*compiled by vrx_mj)\.\n.*?-->", re.DOTALL)
+"""First comment of a saved MJCF."""
+_ABOUT = re.compile(r'\s*<text name="vrx_mj/about"[^<>]*/>')
+"""Text element that names the program."""
+
 
 @dataclass(frozen=True, repr=False)
 class World:
@@ -223,9 +228,7 @@ SIMULATORS: Mapping[str, Simulator] = {
     "warp": Simulator("MuJoCo Warp", (_SLEEP, _AUTORESET)),
     "mjx": Simulator("MJX", (_SLEEP, _AUTORESET, _TOUCHES)),
 }
-"""By the names that `World.save` takes; omissions are those that MuJoCo Warp 4.0.0 and MJX 3.17.0 with JAX need."""
-_HEADER = re.compile(r"(<mujoco [^<>]*>\s*<!-- [^\n]*compiled by vrx_mj)\.\n.*?-->", re.DOTALL)
-_ABOUT = re.compile(r'\s*<text name="vrx_mj/about"[^<>]*/>')
+"""Simulators, by the names that `World.save` takes; the omissions are for MuJoCo Warp 4.0.0 and MJX 3.17.0 with JAX."""
 
 
 def mjcf_for(mjcf: str, simulator: str) -> str:

@@ -55,6 +55,8 @@ _Blendermann = Annotated[
     tuple[Positive, Positive, Positive, NonNegative, Positive],
     Parts("cd_t", "cd_l_ahead", "cd_l_astern", "delta", "kappa"),
 ]
+MJCF_FIELDS = ("mass", "body_com", "inertia")
+"""Fields of a hull that its MJCF's body has too."""
 
 
 @record
@@ -214,10 +216,6 @@ class Inertia:
     """Product of inertia of x and z [kg m2]."""
     yz: Real
     """Product of inertia of y and z [kg m2]."""
-
-
-MJCF_FIELDS = ("mass", "body_com", "inertia")
-"""Fields of a hull that its MJCF's body has too."""
 
 
 @record

@@ -11,6 +11,21 @@ _Class = TypeVar("_Class")
 
 STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, revalidate_instances="always")
 """No value is turned into one of another kind, but for whole numbers into floats; no key is ignored."""
+LEFT_OUT: Mapping[str, bool] = {"left_out": True}
+"""Metadata of a field that JSON leaves out while it has its default."""
+TIED = object()
+"""Mark of what is no parameter by itself: other numbers of the world, or its MJCF, belong to it."""
+HEADING = object()
+"""Mark of a unit vector along x and y, whose parameter is its direction [rad], counter-clockwise from x."""
+_LARGEST = 1e12
+"""Largest magnitude of a number [SI]: far beyond any boat, far from where sums overflow."""
+_MOST_ROWS = 10_000_000
+_LONGEST = 500
+"""Most characters of a name."""
+LONGEST_DESCRIPTION = 4_000_000
+"""Most characters of a boat's URDF."""
+_ROUNDING = 1e-6
+"""How far the rows of a rotation may be from unit length and right angles."""
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(field,))
@@ -25,10 +40,6 @@ def record_from(kind: type[_Class], *sources: object, **own: Any) -> _Class:
     names = {each.name for each in fields(cast(Any, kind))} - own.keys()
     found = {name: getattr(source, name) for source in reversed(sources) for name in names if hasattr(source, name)}
     return kind(**found, **own)
-
-
-LEFT_OUT: Mapping[str, bool] = {"left_out": True}
-"""Metadata of a field that JSON leaves out while it has its default."""
 
 
 def late(rank: int) -> Mapping[str, int]:
@@ -55,12 +66,6 @@ class RowOf:
     """Whether rows from that on are its own: as many as `..._count` says, or one."""
 
 
-TIED = object()
-"""Mark of what is no parameter by itself: other numbers of the world, or its MJCF, belong to it."""
-HEADING = object()
-"""Mark of a unit vector along x and y, whose parameter is its direction [rad], counter-clockwise from x."""
-
-
 @dataclass(frozen=True)
 class Unless:
     """Mark of a field that does nothing where one of these attributes of its row is true."""
@@ -72,16 +77,6 @@ class Unless:
 
 
 _Triple = tuple[float, float, float]
-_LARGEST = 1e12
-"""Largest magnitude of a number [SI]: far beyond any boat, far from where sums overflow."""
-_MOST_ROWS = 10_000_000
-_LONGEST = 500
-"""Most characters of a name."""
-LONGEST_DESCRIPTION = 4_000_000
-"""Most characters of a boat's URDF."""
-
-_ROUNDING = 1e-6
-"""How far the rows of a rotation may be from unit length and right angles."""
 
 
 def _rotation(rows: tuple[_Triple, _Triple, _Triple]) -> tuple[_Triple, _Triple, _Triple]:

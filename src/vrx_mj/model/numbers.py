@@ -112,7 +112,7 @@ def _with_value(whole: Any, path: _Path, value: Any) -> Any:
         return value
     step, *rest = path
     if isinstance(whole, Sea) and step == "significant_height":
-        return whole.scaled(value)
+        return whole.with_height(value)
     if isinstance(step, int):
         return (*whole[:step], _with_value(whole[step], tuple(rest), value), *whole[step + 1 :])
     return replace(whole, **{step: _with_value(getattr(whole, step), tuple(rest), value)})

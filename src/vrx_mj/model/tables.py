@@ -43,6 +43,7 @@ from vrx_mj.physics.wind import WindageRow
 _Column = tuple[type, tuple[int, ...]]
 _i, _u, _f = np.int64, np.uint64, np.float64
 _JOINT = {"body": _i, "qpos": _i, "dof": _i}
+_T = TypeVar("_T")
 
 
 def form(kind: Any) -> _Column | None:
@@ -217,9 +218,6 @@ def table_of(dtype: np.dtype[np.void], rows: Sequence[object], **columns: npt.Ar
             raise ValueError(f"{name} has shape {values.shape}, not {filled[name].shape}")
         filled[name] = values
     return filled
-
-
-_T = TypeVar("_T")
 
 
 class HullTables(NamedTuple):

@@ -83,7 +83,7 @@ class Sea:
         """Whether its height cannot be scaled: it is flat, or a steep wave, whose harmonics grow otherwise."""
         return not self.significant_height or self.model == "stokes5"
 
-    def scaled(self, height: float) -> "Sea":
+    def with_height(self, height: float) -> "Sea":
         """The sea with waves of the same periods and another significant height [m].
 
         Raises:

@@ -44,6 +44,7 @@ FORMER: Final = 3
 """Version that had no pieces, which is read too."""
 MOST_BYTES = 200_000_000
 """Bytes of the largest file of a saved world that is read."""
+_FLOATING = "floating"
 
 
 @record
@@ -333,7 +334,6 @@ def _each_once(pairs: list[tuple[str, object]]) -> dict[str, object]:
 
 
 _Spans = Iterable[tuple[int, int]]
-_FLOATING = "floating"
 
 
 def broken_references(world: Parameters) -> Iterator[str]:

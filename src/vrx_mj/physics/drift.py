@@ -111,8 +111,8 @@ def drift_load(
         low, near = int(place[i]), int(turn[i])
         weights = weights_of(place[i] - low, turn[i] - near)
         first = ENTRY * (low * row + near)
-        store(d, 0, weighted(numbers, first, row, weights))
-        store(e, 0, weighted(numbers, first + WIDTH, row, weights))
+        store(d, 0, weighted_sum(numbers, first, row, weights))
+        store(e, 0, weighted_sum(numbers, first + WIDTH, row, weights))
         a, b = _within(frequency[i] * ahead), _within(frequency[i] * aside)
         x = d[0] + a * (d[3] + a * d[6]) + b * (e[1] + b * e[4])
         y = d[1] + a * (d[4] + a * d[7]) + b * (e[2] + b * e[5])
@@ -153,7 +153,7 @@ def weights_of(up: float, on: float) -> tuple[float, float, float, float]:
 
 
 @kernel
-def weighted(numbers: FloatArray, start: int, row: int, weights: tuple[float, float, float, float]) -> Lanes:
+def weighted_sum(numbers: FloatArray, start: int, row: int, weights: tuple[float, float, float, float]) -> Lanes:
     """Return the weighted sum of lanes of four entries of a table whose rows have so many; `start` is in the first."""
     ahead = ENTRY * row
     low = product_and(load(numbers, start + ENTRY), weights[1], load(numbers, start) * weights[0])

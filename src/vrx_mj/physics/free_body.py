@@ -86,7 +86,7 @@ def damped_step(
     now = motion(qpos, qvel, body.qpos, body.dof)
     force, torque = _load(body, now, pushed)
     if body.diagonal:
-        acceleration = _divided(body, now, damping, force, torque)
+        acceleration = _principal_acceleration(body, now, damping, force, torque)
     else:
         rows, up = work[0].rows, unrotate(now, (0.0, 0.0, 1.0))
         for i in range(6):
@@ -98,12 +98,12 @@ def damped_step(
             rows[i, i] += damping[0]
             rows[i + 3, i + 3] += damping[2]
             rows[i, 6], rows[i + 3, 6] = force[i], torque[i]
-        acceleration = _eliminated(rows)
+        acceleration = _solution(rows)
     _advance(body, now, acceleration, qpos, qvel, dt)
 
 
 @kernel
-def _divided(body: Record, now: Motion, damping: FloatArray, force: Vector, torque: Vector) -> _Pair:
+def _principal_acceleration(body: Record, now: Motion, damping: FloatArray, force: Vector, torque: Vector) -> _Pair:
     """Return the accelerations of a body whose frame is its principal one."""
     (x, y, z), (p, q, r), a = rotate(now, force), torque, body.matrix
     across, up, turning = a[0, 0] + damping[0], a[0, 0] + damping[1], damping[2]
@@ -132,7 +132,7 @@ def _times_inverse(a: FloatArray, v: Vector, w: Vector) -> _Pair:
 
 
 @kernel
-def _eliminated(rows: FloatArray) -> _Pair:
+def _solution(rows: FloatArray) -> _Pair:
     """Return the solution of six equations, (6, 7), of a positive definite matrix."""
     for k in range(6):
         for i in range(k + 1, 6):

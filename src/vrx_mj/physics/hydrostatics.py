@@ -19,6 +19,15 @@ from vrx_mj.physics.motion import Motion, Vector, Wrench, minus, motion_at_rest,
 from vrx_mj.physics.tables import Record, Table, Waves
 from vrx_mj.physics.waves import elevation, ramp
 
+_STEPS = 100
+"""Most steps of Newton's method."""
+_RISE, _TURN = 0.05, 0.02
+"""Longest step [m], [rad]: a longer one could turn a laden boat so far that an end goes under."""
+_SMALL = 1e-6
+"""Difference for derivatives [m], [rad]."""
+_EXACT = 1e-9
+"""Share of the weight, and of the weight times 1 m, up to which the equations must hold."""
+
 
 @kernel
 def section_area(radius: float, depth: float) -> float:
@@ -65,16 +74,6 @@ def hydrostatics(hull: Record, stations: Table, waves: Waves, sea: Record, motio
         tx += ly * force
         ty -= lx * force
     return Wrench(0.0, 0.0, fz, tx, ty, 0.0)
-
-
-_STEPS = 100
-"""Most steps of Newton's method."""
-_RISE, _TURN = 0.05, 0.02
-"""Longest step [m], [rad]: a longer one could turn a laden boat so far that an end goes under."""
-_SMALL = 1e-6
-"""Difference for derivatives [m], [rad]."""
-_EXACT = 1e-9
-"""Share of the weight, and of the weight times 1 m, up to which the equations must hold."""
 
 
 @kernel

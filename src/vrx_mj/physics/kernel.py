@@ -49,6 +49,18 @@ from vrx_mj.cache_folder import Choice, chosen_folder
 
 _ENVIRONMENT = "_ZN08NumbaEnv"
 """How names of numba's environments begin: pointers to objects of Python that a function may use, set after loading."""
+_PACKAGE = Path(__file__).parents[1]
+_DIGEST = 32
+"""Length of the digest in front of a file [bytes]."""
+_F = TypeVar("_F", bound=Callable[..., object])
+_PACKAGES = ("physics", "sensors", "runtime", "recording")
+"""The packages whose modules may hold kernels."""
+_HOLDS_KERNELS = re.compile(rb"^@(allocating_|expanded_|inlined_)?kernel\b|^@intrinsic\b|= c_function\(", re.MULTILINE)
+_TAKEN_OVER = (
+    "constants.py", "libmujoco.py", "model/things.py", "model/boats.py", "model/kinds.py", "model/tables.py",
+    "model/water.py", "physics/kernel.py", "physics/tables.py",
+)  # fmt: skip
+"""Modules without kernels whose numbers, columns and settings are compiled into them."""
 
 
 class LinkedCompiler(Compiler):  # type: ignore[misc]
@@ -93,9 +105,6 @@ _name_apart()
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_name_apart)
 
-_PACKAGE = Path(__file__).parents[1]
-_DIGEST = 32
-"""Length of the digest in front of a file [bytes]."""
 
 _waiting: list[str] = []
 _said: set[str] = set()
@@ -279,18 +288,6 @@ class Uncached(NullCache):  # type: ignore[misc]
     def load_overload(self, sig: object, target_context: object) -> None:
         """Nothing, ever."""
         _say_waiting()
-
-
-_F = TypeVar("_F", bound=Callable[..., object])
-
-_PACKAGES = ("physics", "sensors", "runtime", "recording")
-"""The packages whose modules may hold kernels."""
-_HOLDS_KERNELS = re.compile(rb"^@(allocating_|expanded_|inlined_)?kernel\b|^@intrinsic\b|= c_function\(", re.MULTILINE)
-_TAKEN_OVER = (
-    "constants.py", "libmujoco.py", "model/things.py", "model/boats.py", "model/kinds.py", "model/tables.py",
-    "model/water.py", "physics/kernel.py", "physics/tables.py",
-)  # fmt: skip
-"""Modules without kernels whose numbers, columns and settings are compiled into them."""
 
 
 def kernel_modules(root: Path) -> dict[str, bytes]:

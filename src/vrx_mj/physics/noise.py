@@ -19,6 +19,12 @@ _GAMMA = np.uint64(0x9E3779B97F4A7C15)
 _MIX_1, _MIX_2 = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
 _27, _30, _31, _11, _1 = np.uint64(27), np.uint64(30), np.uint64(31), np.uint64(11), np.uint64(1)
 _ULP = 2.0**-53
+_NORMAL_RATIO = math.sqrt(8.0 / math.e)
+"""Width of the region of ratios of uniform numbers that are normal."""
+_FORGOTTEN = 40.0
+"""Time constants after which a drift has nothing to do with what it was: exp(-40) is below rounding."""
+_MOST_LEVELS = 50
+"""Most halvings; a drift that would need more stays what it is."""
 
 
 def stream_key(seed: int, *names: str | int) -> int:
@@ -53,10 +59,6 @@ def normal(key: int | np.uint64, counter: int | np.uint64) -> float:
     return radius * math.cos(2.0 * math.pi * uniform(key, even + _1))
 
 
-_NORMAL_RATIO = math.sqrt(8.0 / math.e)
-"""Width of the region of ratios of uniform numbers that are normal."""
-
-
 @kernel
 def _gamma_variate(key: int | np.uint64, shape: float) -> float:
     """Return a number of the Gamma distribution of `shape` >= 1 and mean `shape`, from the numbers of stream `key`.
@@ -87,12 +89,6 @@ def gamma_variates(key: int | np.uint64, shapes: FloatArray, out: FloatArray) ->
     """
     for i in range(shapes.size):
         out[i] = _gamma_variate(bits(key, np.uint64(i)), shapes[i]) / shapes[i] if shapes[i] > 0.0 else 1.0
-
-
-_FORGOTTEN = 40.0
-"""Time constants after which a drift has nothing to do with what it was: exp(-40) is below rounding."""
-_MOST_LEVELS = 50
-"""Most halvings; a drift that would need more stays what it is."""
 
 
 @kernel

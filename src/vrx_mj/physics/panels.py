@@ -33,6 +33,9 @@ _SLENDER = 0.25
 """Breadth of a part over its length, up to which waves are taken to be of degree 2 across it."""
 _SHALLOW = 0.125
 """Height of a part over its length, up to which they are over its depth."""
+CUT: Final = 10
+"""Numbers that are kept of a pair that the surface cuts: pressures at its points, weights of its triangles' corners."""
+_TINY = 1e-300  # of a product of pressures [Pa2]; where they are smaller the surface lies in the triangle
 
 
 class Part(NamedTuple):
@@ -165,11 +168,6 @@ def _beside_each_other(across: FloatArray, triangles: IntArray) -> list[IntArray
             parts.append(own)
         end = max(end, float(across[own].max()))
     return parts
-
-
-CUT: Final = 10
-"""Numbers that are kept of a pair that the surface cuts: pressures at its points, weights of its triangles' corners."""
-_TINY = 1e-300  # of a product of pressures [Pa2]; where they are smaller the surface lies in the triangle
 
 
 @kernel

@@ -44,6 +44,8 @@ Half of g is measured (Snyder and Kennedy, 1983), with the short waves that tabl
 wind sea of 1.2 m and 5 s white."""
 _FRINGE = 0.25
 """Width of the foam around what stands in the water [m]."""
+_RIPPLES = ((0.61, 0.9, 0.20), (0.97, -0.7, 0.24), (1.43, 0.35, 0.28), (2.3, -0.25, 0.32), (3.7, 0.55, 0.32))
+"""Lengths [m], directions against the longest wave's [rad], and slopes relative to each other."""
 
 
 def horizon(height: float) -> float:
@@ -106,10 +108,6 @@ def ripples(waves: Table) -> Table:
         row["amplitude"], row["wavenumber"], row["frequency"] = share * weight / k, k, math.sqrt(9.81 * k)
         row["direction"] = math.cos(heading + turn), math.sin(heading + turn)
     return out
-
-
-_RIPPLES = ((0.61, 0.9, 0.20), (0.97, -0.7, 0.24), (1.43, 0.35, 0.28), (2.3, -0.25, 0.32), (3.7, 0.55, 0.32))
-"""Lengths [m], directions against the longest wave's [rad], and slopes relative to each other."""
 
 
 @kernel

@@ -39,6 +39,10 @@ from vrx_mj.physics.motion import (
 from vrx_mj.physics.tables import LINEAR, NEWTONS, Record, Table, Views, Waves
 from vrx_mj.physics.waves import surface_height
 
+_CORNER = 0.01  # the command where one curve ends and the other begins
+_STEADY = 1e-9
+"""Thrust [N] this near to its target is there: so a propeller comes to rest, and rests."""
+
 
 def _curve(a: float, k: float, b: float, nu: float, c: float, m: float) -> tuple[float, ...]:
     """Return (A, K - A, B, 1 / nu, C, M); VRX rounds the six and K - A to 32-bit floats, 1 / nu not."""
@@ -49,7 +53,6 @@ def _curve(a: float, k: float, b: float, nu: float, c: float, m: float) -> tuple
 _AHEAD = _curve(0.01, 59.82, 5.0, 0.38, 0.56, 0.28)
 _ASTERN = _curve(-199.13, -0.09, 8.84, 5.34, 0.99, -0.57)
 """Generalised logistic functions fitted to a WAM-V's thrusters: VRX usv_gazebo_thrust_plugin.cc."""
-_CORNER = 0.01  # the command where one curve ends and the other begins
 
 
 @kernel
@@ -210,10 +213,6 @@ def rudder_force(rudder: Record, through: Motion, angle: float, thrust: float) -
 def _head(ahead: float, aside: float, sine: float, cosine: float) -> float:
     """Return U^2 sin(alpha) [m2/s2] of water met at `ahead` and `aside` [m/s] by a blade at an angle."""
     return math.hypot(ahead, aside) * (ahead * sine - aside * cosine)
-
-
-_STEADY = 1e-9
-"""Thrust [N] this near to its target is there: so a propeller comes to rest, and rests."""
 
 
 @kernel

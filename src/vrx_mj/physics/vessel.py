@@ -23,7 +23,7 @@ import numpy as np
 from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.physics.conditions import Conditions
 from vrx_mj.physics.drag import added_mass_bias, crossflow_drag, matrix_times, resistance_at
-from vrx_mj.physics.drift import ENTRY, place_waves, weighted, weights_of
+from vrx_mj.physics.drift import ENTRY, place_waves, weighted_sum, weights_of
 from vrx_mj.physics.elementary import cosine_and_sine, exponential, near_cosine_and_sine
 from vrx_mj.physics.kernel import allocating_kernel, inlined_kernel, kernel
 from vrx_mj.physics.kinematics import orbital_motion, orbital_turning, reach_of, surface_plane, turned_with
@@ -68,6 +68,10 @@ from vrx_mj.physics.waves import (
 )
 
 _FIRST = 12  # of the six velocities among the fields of a `Motion`
+_PHASES = 4
+"""Phases of a period over which means are taken: they tell the mean and the first harmonic from second ones."""
+_AWASH = 0.25
+"""Share of its weight that the water carries of a hull about to leave it."""
 
 
 @kernel
@@ -147,26 +151,20 @@ def diffraction_load(
         if place[i] < last:
             low, near = int(place[i]), int(turn[i])
             start, weights = ENTRY * (low * row + near), weights_of(place[i] - low, turn[i] - near)
-            total = product_and(weighted(numbers, start, row, weights), height[i], total)
-            total = product_and(weighted(numbers, start + WIDTH, row, weights), -later[i], total)
+            total = product_and(weighted_sum(numbers, start, row, weights), height[i], total)
+            total = product_and(weighted_sum(numbers, start + WIDTH, row, weights), -later[i], total)
     store(place, 0, total)
     force = Wrench(place[0], place[1], place[2], place[3], place[4], place[5])
     return scale_wrench(rotated_wrench(body, force), ramp(sea, t))
-
-
-_PHASES = 4
-"""Phases of a period over which means are taken: they tell the mean and the first harmonic from second ones."""
-_AWASH = 0.25
-"""Share of its weight that the water carries of a hull about to leave it."""
 
 
 class VesselWork(NamedTuple):
     """The waves, and memory for the pressures on a mesh of at most n points and k pairs of triangles."""
 
     pressures: FloatArray
-    """(n,)"""
+    """Pressure at each point, (n,)."""
     wet: ByteArray
-    """(n,)"""
+    """Whether each point is wet, (n,)."""
     found: IntArray
     """(k,)"""
     cut: FloatArray

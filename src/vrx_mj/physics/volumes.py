@@ -23,6 +23,7 @@ _TINY = 1.0e-6
 
 VRX polyhedron_volume.cc. The coordinates are those in the world.
 """
+_TURN = 2.0 * math.pi / _CYLINDER_SIDES
 
 
 def _ring(corners: list[tuple[float, float]]) -> FloatArray:
@@ -37,7 +38,6 @@ def _ring(corners: list[tuple[float, float]]) -> FloatArray:
     return np.array([*corners, (area, moment)])
 
 
-_TURN = 2.0 * math.pi / _CYLINDER_SIDES
 _BOX_RING = _ring([(0.5, -0.5), (0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5)])
 _CYLINDER_RING = _ring([(-math.sin(i * _TURN), math.cos(i * _TURN)) for i in range(_CYLINDER_SIDES)])
 

@@ -53,6 +53,10 @@ _ALONG = MEMORY  # rows of memory: cosine and sine, and powers, along; across; a
 _ACROSS, _ROW, _HEIGHT, _LEVELS, _MIDDLES = _ALONG + 4, _ALONG + 6, _ALONG + 8, _ALONG + 9, _ALONG + 9 + LEVELS
 BOX_MEMORY: Final = _MIDDLES - MEMORY
 """Rows of memory in `wave_columns` that are used here, and two more for each part of a hull."""
+_SUMS = np.array([(-1, 0, 0, 2, 2), (0, 1, 1, 0, 0), (1, 0, 0, 0, 0), (0, 1, -1, 0, 0), (-1, 0, 0, 2, -2)], np.float64)
+_FROM_SUMS = np.zeros(
+    (_SIDE, WIDTH)
+)  # coefficients of powers along, for what `_add_up` writes, of which nodes are made
 
 
 class WaveBox(NamedTuple):
@@ -86,10 +90,6 @@ _SIDE_POWERS = _to_powers(-1, _SIDE)
 _SLENDER_POWERS = _to_powers(-1, SLENDER_ROWS)
 _DEPTH_POWERS = _to_powers(0, LEVELS)
 _SHALLOW_POWERS = _to_powers(0, SHALLOW_LEVELS)
-_SUMS = np.array([(-1, 0, 0, 2, 2), (0, 1, 1, 0, 0), (1, 0, 0, 0, 0), (0, 1, -1, 0, 0), (-1, 0, 0, 2, -2)], np.float64)
-_FROM_SUMS = np.zeros(
-    (_SIDE, WIDTH)
-)  # coefficients of powers along, for what `_add_up` writes, of which nodes are made
 _FROM_SUMS[:, :_SIDE] = (np.array(_SIDE_POWERS) @ _SUMS).T
 
 

@@ -52,6 +52,8 @@ SINE: Final = 10
 MEMORY: Final = 11  # and all rows from here on: what a kernel writes there is gone when the next one does
 _PI2: Final = math.pi * math.pi
 _RISING: Final = (10.0 / 6.0 - 10.0 / _PI2, 100.0 * (1.0 / 36.0 - 1.0 / (6.0 * _PI2) - 1.0 / 120.0), 0.176)
+_PHILLIPS = 0.0081
+"""Phillips' constant of the Pierson-Moskowitz spectrum (1964)."""
 
 
 @kernel
@@ -229,9 +231,6 @@ def turning_of_columns(columns: Waves, reach: Vector, past: Vector) -> tuple[flo
     store(sums, 0, totals(p, q, dp, dq, 0.0, 0.0, 0.0, 0.0))
     return sums[0], -sums[1], sums[2], -sums[3]
 
-
-_PHILLIPS = 0.0081
-"""Phillips' constant of the Pierson-Moskowitz spectrum (1964)."""
 
 _Component = dict[str, Any]
 """A row of `tables.WAVE`."""

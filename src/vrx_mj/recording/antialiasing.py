@@ -8,10 +8,10 @@ import numpy.typing as npt
 from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.physics.kernel import inlined_kernel, kernel
 
-_CONTRAST = 24
-"""Range of green around a pixel, of 255, from which there is an edge."""
-_REACH = 8.0
-"""Pixels along an edge over which it is smoothed, at most."""
+_MIN_CONTRAST = 24
+"""Range of green around a pixel, of 255, above which there is an edge."""
+_MAX_EDGE = 8.0
+"""Largest number of pixels along an edge over which it is smoothed."""
 _SKY_PIXELS = 4
 """Pixels of a row that show one of the sky: it is as wide in a film."""
 
@@ -47,7 +47,7 @@ def smooth(drawn: ByteArray, green: ByteArray, edges: ByteArray, out: ByteArray)
         for i in range(1, width - 1):
             low = min(before[i - 1], before[i + 1], here[i], after[i - 1], after[i + 1])
             high = max(before[i - 1], before[i + 1], here[i], after[i - 1], after[i + 1])
-            edges[i] = high - low > _CONTRAST
+            edges[i] = high - low > _MIN_CONTRAST
         eights = edges.view(np.uint64)
         for eight in range(eights.size):
             if eights[eight]:
@@ -64,7 +64,7 @@ def _smooth_pixel(drawn: ByteArray, green: ByteArray, row: int, i: int, target: 
     low, high = min(a, b, here, c, d), max(a, b, here, c, d)
     along, across = a + b - c - d, b + d - a - c
     scale = max(min(abs(along), abs(across)) + (abs(along) + abs(across)) / 32.0, 0.25)
-    x, y = min(max(along / scale, -_REACH), _REACH), min(max(across / scale, -_REACH), _REACH)
+    x, y = min(max(along / scale, -_MAX_EDGE), _MAX_EDGE), min(max(across / scale, -_MAX_EDGE), _MAX_EDGE)
     for share in (2.0, 6.0):  # of four pixels, or of the near two if that leaves the range
         for channel in range(3):
             near = _sum_of_two(drawn, row, i, y / 6.0, x / 6.0, channel)

@@ -20,16 +20,17 @@ from vrx_mj.recording.motion_chunks import track_path
 from vrx_mj.recording.parts import APPLICATION
 from vrx_mj.recording.record_scene import RecordScene
 from vrx_mj.recording.static_chunks import FEW_NAMES, LEGEND_PATH, NAMES, legend_spots, name_width
-from vrx_mj.recording.task_chunks import MARKS, PLOT, STEPS, TOUCH_WORDS, WORDS
+from vrx_mj.recording.task_chunks import MARKS_PATH, PLOT, STEPS, TOUCH_WORDS, WORDS
 from vrx_mj.recording.timeline import TIMELINE
 from vrx_mj.sensors import SENSOR_KINDS
 
-_SKY = (158, 190, 214)
+_SKY_COLOR = (158, 190, 214)
+"""Colours of the sky, of the water in the plan, and of its grid."""
 PLAN_WATER = (16, 45, 66)
 _GRID = (150, 190, 215, 60)
-_LEGEND = 2
-"""Most series of thrusters that a plot's legend lists: a longer one would hide the plot."""
-_TASK = (PLOT.rpartition("/")[2], "Score")
+_LEGEND_MAX = 2
+"""Largest number of thrusters that a plot's legend lists: a longer legend would hide the plot."""
+_TASK_PLOT = (PLOT.rpartition("/")[2], "Score")
 _UNDER_PLAN = (
     (("speed", "Speed [m/s]"), ("course", "Course, compass [°]")),
     (("thrust", "Thrust [N]"), ("steering", "Steering [°]")),
@@ -40,12 +41,12 @@ _UNDER_SEA = (
     (("roll", "Roll [°]"), ("pitch", "Pitch [°]"), ("wind", "Wind [m/s]")),
 )
 """Plots under the sea, as many to a place as have room for their titles in a window of 1280 pixels."""
-_PICTURES = 4
-"""Cameras whose pictures are shown at first."""
-_UNDER_WAVES = "- /world/trails/**", "- /world/tracks/**", "- /world/shore"
+_SHOWN_CAMERAS = 4
+"""Number of cameras whose pictures are shown at first."""
+_FLAT_ENTITIES = "- /world/trails/**", "- /world/tracks/**", "- /world/shore"
 """What lies flat over the mean water: a drawn sea would cover it in part, and the line of a shore floats off it."""
 _EDGE = rr.TimeRangeBoundary.infinite()
-_AFTER, _LEGEND_AFTER = 1.0 / 16.0, 0.35
+_MARGIN, _LEGEND_AFTER = 1.0 / 16.0, 0.35
 """Room behind the run on the axes of plots, in shares of it: the last label is whole, and a legend hides no line."""
 
 
@@ -94,10 +95,10 @@ def layout(
 def _under_plan(scene: RecordScene, result: str = "") -> list[rrb.View | rrb.Container]:
     """Under the plan: how the task goes in words and as a plot, if there is one, then speed and thrust."""
     speed, thrust = _UNDER_PLAN
-    score = [plot_view(scene, _TASK, legend=True)] if scene.parameters.task else []
+    score = [plot_view(scene, _TASK_PLOT, legend=True)] if scene.parameters.task else []
     plots: list[rrb.View | rrb.Container] = [rrb.Tabs(*score, *(plot_view(scene, plot, marked=True) for plot in speed))]
     if scene.thrusters:
-        plots.append(rrb.Tabs(*(plot_view(scene, plot, legend=len(scene.thrusters) <= _LEGEND) for plot in thrust)))
+        plots.append(rrb.Tabs(*(plot_view(scene, plot, legend=len(scene.thrusters) <= _LEGEND_MAX) for plot in thrust)))
     words = rrb.TextDocumentView(name=f"Task: {result}" if result else "Task", origin=WORDS, contents=[f"+ {WORDS}"])
     return [words, *plots] if scene.parameters.task else plots
 
@@ -115,7 +116,7 @@ def _under_sea(scene: RecordScene) -> rrb.Container:
     sensed = [plot_view(scene, (plot.name, plot.title), legend=True) for plot in shown]
     pictures = [
         rrb.Spatial2DView(name=f"{sensor.boat} {sensor.name}", origin=sensor.path, contents=[f"+ {sensor.path}"])
-        for sensor in scene.of_type("camera")[:_PICTURES]
+        for sensor in scene.of_type("camera")[:_SHOWN_CAMERAS]
     ]
     windy = "wind" in scene.weather()
     moved = [[plot_view(scene, plot) for plot in place if plot[0] != "wind" or windy] for place in _UNDER_SEA]
@@ -136,11 +137,11 @@ def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
     crowded = others if len(others) > FEW_NAMES else [boat.name for boat in scene.boats() if boat.name not in named]
     unseen = [
         f"- {eyes.PLAN}/**",
-        *(_UNDER_WAVES if scene.sea_height else []),
+        *(_FLAT_ENTITIES if scene.sea_height else []),
         *_without_names(crowded),
     ]
     followed = eyes.FLEET if scene.follow is None else f"/world/boats/{scene.follow}/label"
-    return _view(scene, "Sea", unseen, _SKY, (middle + eyes.sea_eye(reach), middle, (0.0, 0.0, 1.0)), followed)
+    return _view(scene, "Sea", unseen, _SKY_COLOR, (middle + eyes.sea_eye(reach), middle, (0.0, 0.0, 1.0)), followed)
 
 
 def plan_view(scene: RecordScene, track: FloatArray | None = None) -> rrb.Spatial3DView:
@@ -205,7 +206,7 @@ def _trails(scene: RecordScene) -> dict[str, Any]:
     return dict.fromkeys((*paths, *map(track_path, scene.of_type("gps"))), sofar)
 
 
-def whole_run(scene: RecordScene, after: float = _AFTER) -> rr.TimeRange:
+def whole_run(scene: RecordScene, after: float = _MARGIN) -> rr.TimeRange:
     """From the first moment to a little after the last; an axis linked to others shows a minute around the cursor."""
     if scene.ended is None:
         return rr.TimeRange(start=_EDGE, end=_EDGE)
@@ -222,7 +223,7 @@ def plot_view(
     return rrb.TimeSeriesView(
         name=name,
         origin=f"/plots/{quantity}",
-        contents=[f"+ /plots/{quantity}/**", *([f"+ {MARKS}/**"] if marked else [])],
+        contents=[f"+ /plots/{quantity}/**", *([f"+ {MARKS_PATH}/**"] if marked else [])],
         plot_legend=rrb.PlotLegend(corner=corner, visible=legend),
-        axis_x=rrb.TimeAxis(link="Independent", view_range=whole_run(scene, _LEGEND_AFTER if legend else _AFTER)),
+        axis_x=rrb.TimeAxis(link="Independent", view_range=whole_run(scene, _LEGEND_AFTER if legend else _MARGIN)),
     )

@@ -20,11 +20,11 @@ from vrx_mj.config.loading import fault_text
 from vrx_mj.errors import RecordError, StateError
 from vrx_mj.mjcf.world import World, world_of
 from vrx_mj.recording.packing import shape_of, unpack_rows
-from vrx_mj.recording.parts import LONGEST, ROWS, Part, unpack_files, validator
+from vrx_mj.recording.parts import MAX_TIME, ROWS, Part, unpack_files, validator
 from vrx_mj.recording.record_scene import FORMAT, MovingBody, RecordedSensor, RowLayout
 
-HUGE = 1e9
-"""A number of a row beyond this is of a state that has diverged."""
+MAX_NUMBER = 1e9
+"""Largest number of a row of a valid state; one beyond has diverged."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,8 +88,8 @@ def all_rows(parts: Sequence[Part], layouts: Sequence[RowLayout], most: int) -> 
     for number, block in blocks:
         if block.shape[1] != layouts[number].width:
             raise RecordError(f"{ROWS}: block: rows of {block.shape[1]} columns instead of {layouts[number].width}")
-        if not ((block[:, 0] >= 0.0) & (block[:, 0] <= LONGEST)).all():
-            raise RecordError(f"{ROWS}: block: a time from 0 to {LONGEST:g} s is needed")
+        if not ((block[:, 0] >= 0.0) & (block[:, 0] <= MAX_TIME)).all():
+            raise RecordError(f"{ROWS}: block: a time from 0 to {MAX_TIME:g} s is needed")
     lengths = [len(block) for _, block in blocks]
     needed = 8 * (joint.width * sum(lengths) + sum(layout.width for layout in layouts))
     if needed > most:
@@ -119,12 +119,12 @@ def numbered_blocks(parts: Sequence[Part], count: int, most: int) -> list[tuple[
 
 
 def sound_rows(rows: FloatArray, numbers: IntArray, layouts: Sequence[RowLayout]) -> BoolArray:
-    """Of which rows (n,) every number of their boat set is one that a state can have."""
+    """Whether every number of a row's boat set is one that a state can have, (n,)."""
     fine = np.zeros(len(rows), np.bool_)
     joint = joint_layout(layouts)
     for number, layout in enumerate(layouts):
         own = np.flatnonzero(numbers == number)
-        fine[own] = (np.abs(rows[np.ix_(own, columns_in(joint, layout))]) < HUGE).all(axis=1)
+        fine[own] = (np.abs(rows[np.ix_(own, columns_in(joint, layout))]) < MAX_NUMBER).all(axis=1)
     return fine
 
 

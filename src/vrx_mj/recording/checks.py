@@ -16,6 +16,9 @@ from vrx_mj.runtime.state import State
 from vrx_mj.tasks import make_referee
 from vrx_mj.tasks.referee import Frame, FrameLayout, Referee, parsed_dump
 
+_IDENTITY = ("fleet", "seed", "world", "world_sha256")
+"""Properties that make two runs different ones; versions and platform may differ."""
+
 
 @dataclass(frozen=True)
 class Difference:
@@ -107,7 +110,7 @@ def _columns(record: Record, names: Sequence[str]) -> FloatArray:
 
 def _word_differences(a: Record, b: Record) -> list[str]:
     """Differences in what the recordings are, before any row."""
-    pairs = [(key, a.properties.get(key), b.properties.get(key)) for key in _DECISIVE]
+    pairs = [(key, a.properties.get(key), b.properties.get(key)) for key in _IDENTITY]
     pairs.append(("physics_version", a.physics_version, b.physics_version))
     found = [f"{key}: {one!r} and {other!r}" for key, one, other in pairs if one != other]
     if a.timestep != b.timestep:
@@ -118,10 +121,6 @@ def _word_differences(a: Record, b: Record) -> list[str]:
     if len(a.rows) != len(b.rows):
         found.append(f"rows: {len(a.rows)} and {len(b.rows)}")
     return found
-
-
-_DECISIVE = ("fleet", "seed", "world", "world_sha256")
-"""Properties that make two runs different ones; versions and platform may differ."""
 
 
 def _first_parting(first: FloatArray, second: FloatArray, names: Sequence[str]) -> Difference | None:

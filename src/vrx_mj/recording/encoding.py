@@ -44,9 +44,13 @@ from vrx_mj.recording.task_chunks import TaskChunks, frame_chunk, task_chunks, t
 from vrx_mj.recording.timeline import static, times
 
 _JOIN_SECONDS = 600.0
-"""Longest that rerun may take to join files."""
+"""Longest time that rerun may take to join files [s]."""
 MOST_ROWS, _MOST_BYTES = 2560, 64 << 20
 """Rows, and bytes, that become chunks at once: over two minutes, as each chunk takes 1 kB besides what is in it."""
+_APPLICATION = "vrx_mj robot"
+_ROOT = "/robot"
+_SWEEP_TIME, _SWEEP_ROWS = 2.0, 40
+"""Time [s] in which a joint goes to its upper limit, to its lower one and back, and the rows in it."""
 
 
 class UnwrittenError(RecordError):
@@ -196,12 +200,6 @@ def _exact_rows(rows: FloatArray, scene: RecordScene, boat_set: int) -> Chunk:
     return Chunk.from_columns(ROWS, [times(rows[:1, 0])], columns)
 
 
-_APPLICATION = "vrx_mj robot"
-_ROOT = "/robot"
-_SWEEP, _ROWS = 2.0, 40
-"""Time [s] in which a joint goes to its upper limit, to its lower one and back, and the rows in it."""
-
-
 def save_joints(model: mujoco.MjModel, name: str, path: Path) -> None:
     """Write a recording of this name, of a robot whose joints sweep the ranges of their controls, each in its turn.
 
@@ -229,8 +227,8 @@ def _chunks(model: mujoco.MjModel, name: str) -> Iterator[Chunk]:
 
 def _sweep(model: mujoco.MjModel, joint: int, part: RecordedPart) -> Chunk:
     """The poses of what a joint moves, at the start and while it is its turn; `part` is at rest with 0."""
-    share, (low, high), rest = np.linspace(0.0, 1.0, _ROWS), model.actuator_ctrlrange[joint], model.qpos0[joint]
-    qpos = np.zeros((1 + _ROWS, model.nq))
+    share, (low, high), rest = np.linspace(0.0, 1.0, _SWEEP_ROWS), model.actuator_ctrlrange[joint], model.qpos0[joint]
+    qpos = np.zeros((1 + _SWEEP_ROWS, model.nq))
     qpos[1:, joint] = np.interp(share, [0.0, 0.25, 0.75, 1.0], [rest, high, low, rest]) - rest
-    time = np.concatenate([[0.0], (joint + share) * _SWEEP])
+    time = np.concatenate([[0.0], (joint + share) * _SWEEP_TIME])
     return transforms(part.path, time, *part_poses(part, qpos))

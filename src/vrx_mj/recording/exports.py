@@ -33,10 +33,23 @@ if TYPE_CHECKING:
 
 
 _JPEG_QUALITY = 95
+"""Quality of the pictures of a data set, of 100."""
+UNITS: Mapping[str, Mapping[str, str]] = {
+    "motion": {
+        "time": "s", "name": "", "kind": "", "x": "m", "y": "m", "z": "m", "qw": "1", "qx": "1", "qy": "1", "qz": "1",
+        "roll": "rad", "pitch": "rad", "yaw": "rad", "vx": "m/s", "vy": "m/s", "vz": "m/s",
+        "wx": "rad/s", "wy": "rad/s", "wz": "rad/s", "latitude": "deg", "longitude": "deg",
+    },
+    "thrust": {"time": "s", "boat": "", "thruster": "", "thrust": "N", "angle": "rad"},
+    "wind": {"time": "s", "speed": "m/s", "direction": "rad"},
+    "contacts": {"time": "s", "boat": "", "other": "", "force": "N"},
+    "events": {"time": "s", "level": "", "text": ""},
+}  # fmt: skip
+"""Units of the columns of each table; texts have none."""
 
 
 class CocoWriter(AbstractContextManager["CocoWriter"]):
-    """Writes a data set; as a context it is complete at its end, also at that of an exception.
+    """Writes a data set, which is complete when the context ends, also by an exception.
 
     The same pictures give the same bytes.
     """
@@ -54,7 +67,7 @@ class CocoWriter(AbstractContextManager["CocoWriter"]):
         self._annotations: list[dict[str, Any]] = []
 
     def __len__(self) -> int:
-        """How many pictures there are."""
+        """Number of pictures."""
         return len(self._images)
 
     def __exit__(self, *_: object) -> None:
@@ -143,19 +156,6 @@ def write_coco(
 _Columns = Mapping[str, Any]
 """Values of each column of a table."""
 
-UNITS: Mapping[str, Mapping[str, str]] = {
-    "motion": {
-        "time": "s", "name": "", "kind": "", "x": "m", "y": "m", "z": "m", "qw": "1", "qx": "1", "qy": "1", "qz": "1",
-        "roll": "rad", "pitch": "rad", "yaw": "rad", "vx": "m/s", "vy": "m/s", "vz": "m/s",
-        "wx": "rad/s", "wy": "rad/s", "wz": "rad/s", "latitude": "deg", "longitude": "deg",
-    },
-    "thrust": {"time": "s", "boat": "", "thruster": "", "thrust": "N", "angle": "rad"},
-    "wind": {"time": "s", "speed": "m/s", "direction": "rad"},
-    "contacts": {"time": "s", "boat": "", "other": "", "force": "N"},
-    "events": {"time": "s", "level": "", "text": ""},
-}  # fmt: skip
-"""Tables, their columns, and the units of those; a text has none."""
-
 
 def read(recording: str | Path | Record) -> dict[str, pa.Table]:
     """A recording as Arrow tables by name; `tables["motion"].to_pandas()` is a data frame where pandas is installed.
@@ -185,10 +185,10 @@ def read(recording: str | Path | Record) -> dict[str, pa.Table]:
 
 
 def _tables(recorded: Record) -> Iterator[tuple[str, _Columns]]:
-    place = recorded.companies[0].world.parameters.georeference if recorded.files else None
+    earth = recorded.companies[0].world.parameters.georeference if recorded.files else None
     kinds = {"boat": recorded.boats, "object": recorded.objects, "ball": recorded.balls}
     bodies = [(track, kind) for kind, several in kinds.items() for track in several.values()]
-    yield "motion", _join("motion", (_motion(recorded.time, *body, place) for body in bodies))
+    yield "motion", _join("motion", (_motion(recorded.time, *body, earth) for body in bodies))
     yield "thrust", _join("thrust", (part for track, _ in bodies for part in _thrusts(recorded.time, track)))
     east, north = recorded.wind_direction
     direction = np.arctan2(north, east) + recorded.wind_angle
@@ -206,14 +206,14 @@ def _join(name: str, parts: Iterator[_Columns]) -> _Columns:
     return {key: column[order] for key, column in columns.items()}
 
 
-def _motion(time: FloatArray, track: Track, kind: str, place: Georeference | None) -> _Columns:
+def _motion(time: FloatArray, track: Track, kind: str, earth: Georeference | None) -> _Columns:
     """Rows of one body while it is there."""
     from scipy.spatial.transform import Rotation
 
     there = np.isfinite(track.position[:, 0])
     position, quaternion = track.position[there], track.quaternion[there]
     yaw, pitch, roll = Rotation.from_quat(quaternion, scalar_first=True).as_euler("ZYX").T
-    geodetic = [place.to_geodetic(*row)[:2] for row in position.tolist()] if place else [(None, None)] * len(position)
+    geodetic = [earth.to_geodetic(*row)[:2] for row in position.tolist()] if earth else [(None, None)] * len(position)
     latitude, longitude = np.array(geodetic, object).reshape(-1, 2).T
     motion = (position, quaternion, track.velocity[there], track.angular_velocity[there])
     numbers = dict(zip((*POSITION, *VELOCITY), np.concatenate(motion, axis=1).T, strict=True))
@@ -298,4 +298,4 @@ SUFFIXES: Mapping[str, str | _Write] = {
     ".parquet": "pyarrow.parquet:write_table",
     **_TRACK_SUFFIXES,
 }
-"""Kinds of files, and what writes each, by its name where it is loaded when it is used."""
+"""Writers by suffix; one given as a text is loaded when it is used."""

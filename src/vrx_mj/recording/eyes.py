@@ -16,7 +16,7 @@ from vrx_mj.draw.course import Course, course_of
 from vrx_mj.draw.style import CURRENT_COLOR, WAVE_COLOR, WIND_COLOR
 from vrx_mj.frames import compass
 from vrx_mj.recording.record_scene import RecordScene
-from vrx_mj.recording.timeline import NAMED, Held, Ticker, arrow_strips, changes, numbers, static, thin_lines
+from vrx_mj.recording.timeline import NAME_STYLE, Held, Ticker, arrow_strips, changes, numbers, static, thin_lines
 
 FLEET, PLANNED, PLAN = "/world/fleet", "/world/fleet/plan", "/world/plan"
 """Entities: in the middle of what the camera follows, what a plan follows there, and one that frames a track."""
@@ -30,6 +30,28 @@ PLAN_ASPECT = 1.3
 """Width of the plan's view, in its heights, about."""
 PLAN_LINE = 0.09
 """Height of a line of figures at the upper edge of the plan, in heights of the plan."""
+TEXT_RATE = 2.0
+"""Rate of arrows, figures, and names in the plan [Hz]."""
+_ARROW_TEXTS = {
+    "wind": (WIND_COLOR, "wind {0:.1f} m/s from {1:.0f} deg"),
+    "waves": (WAVE_COLOR, "waves Hs {0:.2g} m, Tp {2:.2g} s from {1:.0f} deg"),
+    "current": (CURRENT_COLOR, "current {0:.2g} m/s toward {1:.0f} deg"),
+}
+"""Colours, and texts of speed or significant height, compass direction and period."""
+PLAN_LINES, LETTER_WIDTH = 18.0, 0.62
+"""Lines of text as high as the plan in a window of 1280 pixels, and the width of a letter in lines."""
+_SEA_LINES = 33.0
+"""Lines of text in the sea's view there as high as what is as high as it is away."""
+PLATE_HEIGHT = 1.5
+"""Height of a name with what a viewer writes it on, in lines."""
+_NAME_RISES = PLATE_HEIGHT * np.array([0.0, 1.05, -1.0, 2.05, -2.0])
+"""How far a name may be over its place just under the boat, in lines, the best first."""
+_HIDDEN_PLACE = 1e4
+"""Where a name is that is not shown, in halves of the plan's height."""
+TAG_HEIGHT, _TAG_STEP = 2.9, 1.9
+"""Height of a boat's name over its origin, and how much higher every other one is: boats may touch [m]."""
+_TAG_LIFTS = np.array([[0, 1, 2], [1, 0, 2]])
+"""How many times higher names of even and of odd boats may be, the best first."""
 
 
 def around(distance: float) -> list[list[float]]:
@@ -104,16 +126,6 @@ def fleet_circle(scene: RecordScene) -> tuple[FloatArray, float]:
     return middle, math.sqrt(float(((places - middle) ** 2).sum(axis=1).max()))
 
 
-RATE = 2.0
-"""Arrows, figures, and names in the plan [Hz]."""
-_KINDS = {
-    "wind": (WIND_COLOR, "wind {0:.1f} m/s from {1:.0f} deg"),
-    "waves": (WAVE_COLOR, "waves Hs {0:.2g} m, Tp {2:.2g} s from {1:.0f} deg"),
-    "current": (CURRENT_COLOR, "current {0:.2g} m/s toward {1:.0f} deg"),
-}
-"""Colours, and texts of speed or significant height, compass direction and period."""
-
-
 class Corner(NamedTuple):
     """Where arrows and figures are in a view; lengths in units of the view."""
 
@@ -163,7 +175,7 @@ def _flows(scene: RecordScene, rows: FloatArray) -> dict[str, npt.NDArray[np.com
 
 def _figures(scene: RecordScene, name: str, flow: npt.NDArray[np.complex128]) -> list[str]:
     """What a flow (n,) is, in words."""
-    text, turned = _KINDS[name][1], scene.parameters.x_from_east
+    text, turned = _ARROW_TEXTS[name][1], scene.parameters.x_from_east
     bearings = np.round(compass(np.angle(-flow if " from " in text else flow) + turned)) % 360.0
     return [text.format(*pair, scene.parameters.sea.period) for pair in zip(np.abs(flow), bearings, strict=True)]
 
@@ -172,7 +184,7 @@ class WeatherChunks:
     """Turns rows into chunks; it knows what was shown last."""
 
     def __init__(self) -> None:
-        self._ticker = Ticker(RATE)
+        self._ticker = Ticker(TEXT_RATE)
         self._texts: tuple[str, ...] = ()
 
     def __call__(self, scene: RecordScene, rows: FloatArray) -> Iterator[Chunk]:
@@ -199,26 +211,14 @@ class WeatherChunks:
 
 def _still_weather(scene: RecordScene) -> Iterator[Chunk]:
     """Colours and places of arrows and figures, and the size of those beside the boats."""
-    colors = [_KINDS[name][0] for name in scene.weather()]
+    colors = [_ARROW_TEXTS[name][0] for name in scene.weather()]
     for corner in _corners_of(scene):
         yield static(corner.path, thin_lines(1.8, colors=colors))
         spots = corner.spots(corner.text, len(colors))
-        points = rr.Points3D.from_fields(positions=spots, **NAMED)
+        points = rr.Points3D.from_fields(positions=spots, **NAME_STYLE)
         yield static(f"{corner.path}/figures", points)
     distance = float(np.linalg.norm(sea_eye(followed_circle(scene)[1])))
     yield static(f"{FLEET}/weather", rr.Transform3D(scale=distance))
-
-
-PLAN_LINES, LETTER = 18.0, 0.62
-"""Lines of text as high as the plan in a window of 1280 pixels, and the width of a letter in lines."""
-_SEA_LINES = 33.0
-"""Lines of text in the sea's view there as high as what is as high as it is away."""
-PLATE = 1.5
-"""Height of a name with what a viewer writes it on, in lines."""
-_RISES = PLATE * np.array([0.0, 1.05, -1.0, 2.05, -2.0])
-"""How far a name may be over its place just under the boat, in lines, the best first."""
-_HIDDEN = 1e4
-"""Where a name is that is not shown, in halves of the plan's height."""
 
 
 Places = tuple[FloatArray, Mapping[str, FloatArray]]
@@ -232,10 +232,10 @@ def plan_chunks(scene: RecordScene, track: FloatArray, parts: Sequence[Places]) 
     boats = list(dict.fromkeys(boat for _, own in parts for boat in own))
     columns = [[own.get(boat, np.full((len(time), 2), np.nan)) for time, own in parts] for boat in boats]
     time, places = np.concatenate([time for time, _ in parts]), np.stack([*map(np.concatenate, columns)], axis=1)
-    spots = np.nan_to_num(name_spots(scene, boats, places, middle, height), nan=_HIDDEN)
+    spots = np.nan_to_num(name_spots(scene, boats, places, middle, height), nan=_HIDDEN_PLACE)
     taken, spots = Held(1.0 / 512.0, within=1.0 / PLAN_LINES / 3.0)(spots)
     points = np.insert(spots[taken], 2, 0.0, axis=2).astype(np.float32)
-    yield static(f"{PLAN}/names", rr.Points3D.from_fields(labels=boats, **NAMED))
+    yield static(f"{PLAN}/names", rr.Points3D.from_fields(labels=boats, **NAME_STYLE))
     yield changes(f"{PLAN}/names", time[taken], rr.Points3D, positions=list(points))
 
 
@@ -248,8 +248,8 @@ def name_spots(
     such place it is not shown, NaN. `middle` (2,) and `height` [m] are those of the plan's eye.
     """
     axes, line, still, (_, corner) = east_and_north(scene), 2.0 / PLAN_LINES, _still_names(scene), _corners_of(scene)
-    texts = [*still, *(_KINDS[name][1] for name in scene.weather())]
-    half = line * LETTER * (0.5 * np.array([len(text) for text in (*texts, *boats)]) + 1.0)
+    texts = [*still, *(_ARROW_TEXTS[name][1] for name in scene.weather())]
+    half = line * LETTER_WIDTH * (0.5 * np.array([len(text) for text in (*texts, *boats)]) + 1.0)
     there, known = (
         (each - middle) @ axes.T / (height * PLAN_SLOPE) for each in (places, np.reshape([*still.values()], (-1, 2)))
     )
@@ -257,22 +257,16 @@ def name_spots(
     taken = np.concatenate([np.broadcast_to(known, (len(there), *known.shape)), np.full_like(there, np.nan)], axis=1)
     for i in range(len(boats)):
         own = len(texts) + i
-        for rise in _RISES:
+        for rise in _NAME_RISES:
             spot = there[:, i] + (0.0, line * rise)
             beside, above = np.moveaxis(np.abs(taken - spot[:, None]), -1, 0)
-            covered = (beside < half + half[own]) & (above < PLATE * line)
+            covered = (beside < half + half[own]) & (above < PLATE_HEIGHT * line)
             beside, above = np.moveaxis(there - spot[:, None], -1, 0)
-            boated = (np.abs(beside) < half[own]) & (above < -0.1 * line) & (above > -PLATE * line)
-            inside = (spot[:, 1] < 1.0) & (spot[:, 1] > PLATE * line - 1.0)
+            boated = (np.abs(beside) < half[own]) & (above < -0.1 * line) & (above > -PLATE_HEIGHT * line)
+            inside = (spot[:, 1] < 1.0) & (spot[:, 1] > PLATE_HEIGHT * line - 1.0)
             free = np.isnan(taken[:, own, 0]) & inside & ~covered.any(axis=1) & ~boated.any(axis=1)
             taken[free, own] = spot[free]
     return taken[:, len(texts) :] @ axes
-
-
-TAG_HEIGHT, _TAG_STEP = 2.9, 1.9
-"""Height of a boat's name over its origin, and how much higher every other one is: boats may touch [m]."""
-_LIFTS = np.array([[0, 1, 2], [1, 0, 2]])
-"""How many times higher names of even and of odd boats may be, the best first."""
 
 
 def tag_heights(scene: RecordScene) -> dict[str, float]:
@@ -281,11 +275,11 @@ def tag_heights(scene: RecordScene) -> dict[str, float]:
     eye, heights = np.array([*circle, 0.0]) + sea_eye(reach), dict[str, float]()
     taken: list[tuple[float, float, float]] = []
     for number, boat in enumerate(scene.boats()):
-        half = LETTER * (0.5 * len(boat.name) + 0.5)
-        for height in TAG_HEIGHT + _TAG_STEP * _LIFTS[number % 2]:
+        half = LETTER_WIDTH * (0.5 * len(boat.name) + 0.5)
+        for height in TAG_HEIGHT + _TAG_STEP * _TAG_LIFTS[number % 2]:
             right, up, back = sea_axes() @ (np.add(boat.pose[:3], (0.0, 0.0, height)) - eye)
             x, y = -_SEA_LINES * right / back, -_SEA_LINES * up / back
-            if not any(abs(x - u) < half + other and abs(y - v) < PLATE for u, v, other in taken):
+            if not any(abs(x - u) < half + other and abs(y - v) < PLATE_HEIGHT for u, v, other in taken):
                 taken.append((x, y, half))
                 heights[boat.name] = float(height)
                 break

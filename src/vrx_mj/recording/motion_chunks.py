@@ -24,11 +24,11 @@ from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.config.sensors import CameraConfig, LidarConfig
 from vrx_mj.frames import compass, in_world_axes, quaternion_product
 from vrx_mj.model.things import Georeference
-from vrx_mj.recording.eyes import FLEET, PLAN, PLAN_SLOPE, RATE, Places, WeatherChunks, plan_eye
+from vrx_mj.recording.eyes import FLEET, PLAN, PLAN_SLOPE, TEXT_RATE, Places, WeatherChunks, plan_eye
 from vrx_mj.recording.parts import EVENTS, Part
 from vrx_mj.recording.reader import Event, RecordedReadings
 from vrx_mj.recording.record_scene import (
-    PARKED,
+    PARKED_HEIGHT,
     MovingBody,
     RecordedPart,
     RecordedSensor,
@@ -36,7 +36,7 @@ from vrx_mj.recording.record_scene import (
     RecordScene,
 )
 from vrx_mj.recording.sea_meshes import packed_colors, ramp
-from vrx_mj.recording.static_chunks import QUANTITIES, UNSEEN
+from vrx_mj.recording.static_chunks import PLOTTED, UNSEEN_COLOR
 from vrx_mj.recording.timeline import Held, Ticker, arrow_strips, numbers, static, times
 from vrx_mj.recording.water_chunks import WaterChunks
 from vrx_mj.sensors import SENSOR_KINDS
@@ -45,29 +45,48 @@ from vrx_mj.sensors.view import CATEGORY_NAMES, focal_length
 
 _SHOWN_RATE, _ARROW_RATE, _PLOT_RATE = 10.0, 10.0, 5.0
 """Poses where nothing moves fast, arrows, and plots, which in a fast sea come with the arrows [Hz]."""
-_FAST = (2.5, 2.5, 0.2, 0.2, 0.2, 0.5)
+_FAST_VELOCITIES = (2.5, 2.5, 0.2, 0.2, 0.2, 0.5)
 """Velocities of a boat from which every row is shown: linear [m/s], in the world, and angular [rad/s], in its frame."""
 _ARROW_PER_NEWTON = 1.0 / 55.0
 """Length of a thrust arrow [m/N]."""
-_ARROW_LEAST = 0.24
-"""Length from which a thrust arrow is shown [m]: a shorter one is wider than long, a dot."""
+_MIN_ARROW = 0.24
+"""Least length of a thrust arrow that is shown [m]: a shorter one is wider than long, a dot."""
 _ARROW_HEIGHT = 0.75
 """Height of a thrust arrow over the engine's mount [m], so that the water does not hide it."""
-_LEAST = {
+_MIN_RANGES = {
     "speed": 0.25, "steering": 5.0, "heading": 5.0, "course": 5.0, "yaw": 5.0, "roll": 2.0, "pitch": 2.0,
     "wind": 0.5,
 }  # fmt: skip
 """Half of the least range of a plot's axis [m/s, N, deg]: noise is no signal."""
-_RANGED = 50
-"""Values of a plot for one of its range: an axis fits what is in view."""
+_RANGE_STRIDE = 50
+"""Number of values of a plot per value of its range: an axis fits what is in view."""
 _PLOT_STEP = 1.0 / 1024.0
-"""What plots are rounded to, in their units."""
+"""Step to which plots are rounded, in their units."""
 POSE_STEP = (*[1.0 / 512.0] * 3, *[1.0 / 2048.0] * 4)
-"""What shown poses are rounded to: position [m], and quaternion."""
-_NEAR = (*[0.005] * 3, *[0.002] * 4)
-"""How far a pose of what is no boat may be from the one that is shown."""
-_FARTHEST = 1e6
+"""Steps to which shown poses are rounded: position [m], and quaternion."""
+_TOLERANCE = (*[0.005] * 3, *[0.002] * 4)
+"""Largest difference of a shown pose, of something other than a boat, from the actual one: position [m], and
+quaternion."""
+_MAX_NUMBER = 1e6
 """Largest number that is shown: a run may diverge, a picture of it should not."""
+_KEPT_COLUMNS = ("time", "head", "files", "blob", "sequence", "numbers", "intensity", "ring")
+"""Columns of parts that are recorded as they are."""
+_PICTURE_DISTANCE = 1.2
+"""Distance of a picture in front of its camera in the sea view [m]."""
+_FRUSTUM_COLOR = (157, 140, 103)
+_RANGE_COLORS = (255, 236, 110), (255, 96, 80), (150, 60, 200)
+"""Colours of a lidar's points near the boat, halfway on a scale of logarithms, and at the end of the range."""
+_SHADES = 64
+"""Number of colours of a lidar's points."""
+AXIS_COLORS = ((240, 93, 83), (89, 158, 81), (80, 143, 229))
+"""Colours of x, y and z in plots."""
+SOUND_COLOR = (159, 125, 214)
+_SOUND_LENGTH = 8.0
+"""Longest arrow to a beacon [m]: it shows the direction, and the plot the distance."""
+_SOUND_HEIGHT = 2.2
+"""Height of the arrow to a beacon over the boat's origin [m]."""
+_OPTICAL_AXES = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+"""Axes of a picture (x right, y down, z forward), in those of its camera (x forward, y left, z up)."""
 
 
 def event_chunk(events: Sequence[Event]) -> Chunk:
@@ -85,7 +104,7 @@ class MovingChunks:
         """Begin with a scene; `live`: the plan follows the fleet."""
         self._pose, self._arrow, self._plotted = Ticker(_SHOWN_RATE), Ticker(_ARROW_RATE), Ticker(_PLOT_RATE)
         self._water = WaterChunks()
-        self._weather, self._place_ticker = WeatherChunks(), Ticker(RATE)
+        self._weather, self._place_ticker = WeatherChunks(), Ticker(TEXT_RATE)
         self._plan_size = plan_eye(scene)[1] * PLAN_SLOPE if live else None
         self._first = scene.layout()
         self._ranged: set[str] = set()
@@ -107,19 +126,19 @@ class MovingChunks:
 
     def __call__(self, rows: FloatArray) -> Iterator[Chunk]:
         """Chunks of what is shown of (n, columns) rows, n > 0; it is finite."""
-        if not (rows.min() >= -_FARTHEST and rows.max() <= _FARTHEST):  # as NaN is not
-            rows = np.clip(np.nan_to_num(rows), -_FARTHEST, _FARTHEST)
+        if not (rows.min() >= -_MAX_NUMBER and rows.max() <= _MAX_NUMBER):  # as NaN is not
+            rows = np.clip(np.nan_to_num(rows), -_MAX_NUMBER, _MAX_NUMBER)
         posed = rows[self._shown_rows(rows)]
         for body in self._layout.bodies:
             path, pose = self._paths[body.name], self._layout.pose(body)
             if body.kind != "ball":
-                yield from self._transforms(path, posed, posed[:, pose], 0.0 if body.kind == "boat" else _NEAR)
-            elif len(shot := rows[rows[:, pose.start + 2] > PARKED]):
+                yield from self._transforms(path, posed, posed[:, pose], 0.0 if body.kind == "boat" else _TOLERANCE)
+            elif len(shot := rows[rows[:, pose.start + 2] > PARKED_HEIGHT]):
                 yield numbers(path, shot[:, 0], rr.Points3D, positions=shot[:, pose][:, :3])
         for part in self._scene.parts:  # relative to what they hang on
             if part.joints:
                 poses = np.hstack(part_poses(part, posed[:, self._layout.qpos]))
-                yield from self._transforms(part.path, posed, poses, _NEAR)
+                yield from self._transforms(part.path, posed, poses, _TOLERANCE)
         yield from self._displays(rows)
         if self._boats:
             self._widen_track(rows)
@@ -133,7 +152,7 @@ class MovingChunks:
         """Which rows are shown: some per second, and all where a boat or the sea moves fast, or the run is watched."""
         shown = self._pose(rows[:, 0])
         if self._boats:
-            shown |= (np.abs(self._of_boats(rows, self._layout.velocity)) > _FAST).any(axis=(1, 2))
+            shown |= (np.abs(self._of_boats(rows, self._layout.velocity)) > _FAST_VELOCITIES).any(axis=(1, 2))
         return shown | (self._plan_size is not None or self._water.fast)
 
     def _transforms(
@@ -192,7 +211,7 @@ class MovingChunks:
         speed, course, yaw, roll, pitch = motion(pose, velocity)
         x, boats = self._scene.parameters.x_from_east, [(boat.name, "") for boat in self._boats]
         plotted = speed, compass(yaw + x), compass(course + x), *np.degrees([yaw, roll, pitch])
-        for name, values in zip(QUANTITIES, plotted, strict=True):
+        for name, values in zip(PLOTTED, plotted, strict=True):
             yield from self._lines(name, rows, values, boats)
         if "wind" in self._scene.weather():
             yield from self._plot("wind", rows, rows[:, 1:2])
@@ -219,13 +238,13 @@ class MovingChunks:
 
     def _plot(self, name: str, rows: FloatArray, values: FloatArray) -> Iterator[Chunk]:
         """Values (n, k) of a quantity, and now and then the range around them that its axis has at least."""
-        known = np.flatnonzero(np.isfinite(values).any(axis=1))[::_RANGED] if name in _LEAST else ()
+        known = np.flatnonzero(np.isfinite(values).any(axis=1))[::_RANGE_STRIDE] if name in _MIN_RANGES else ()
         if len(known):
             if name not in self._ranged:
-                looks = rr.SeriesPoints(colors=[UNSEEN], marker_sizes=[0.0], names=[" ", " "])
+                looks = rr.SeriesPoints(colors=[UNSEEN_COLOR], marker_sizes=[0.0], names=[" ", " "])
                 yield static(f"/plots/{name}/range", looks)
             self._ranged.add(name)
-            around = _LEAST[name] * np.array([-1.0, 1.0])
+            around = _MIN_RANGES[name] * np.array([-1.0, 1.0])
             ends = np.stack([np.nanmin(values[known], axis=1), np.nanmax(values[known], axis=1)], axis=1) + around
             yield plot(f"{name}/range", rows[known], ends)
         yield plot(name, rows, values)
@@ -251,14 +270,10 @@ class MovingChunks:
                 yield engine(path, time[turned], thruster, shown[turned])
 
 
-_KEPT = ("time", "head", "files", "blob", "sequence", "numbers", "intensity", "ring")
-"""Columns of parts that are in a recording as they are."""
-
-
 def kept_columns(parts: Sequence[Part]) -> Iterable[rr.ComponentColumn]:
     """Columns of the parts of one entity as they are."""
     columns: dict[str, Any] = {}
-    for name in (name for name in _KEPT if name in parts[0].columns):
+    for name in (name for name in _KEPT_COLUMNS if name in parts[0].columns):
         cells: list[Any] = [cell for part in parts for cell in part.columns[name]]
         columns[name] = np.concatenate(cells) if isinstance(cells[0], np.ndarray) else cells
     kept: Iterable[rr.ComponentColumn] = rr.AnyValues.columns(**columns)
@@ -303,7 +318,7 @@ def thrust_arrows(
     vectors = in_world_axes(np.stack(turns, axis=1), np.array([thruster.direction for thruster in thrusters]))
     vectors *= (thrust * _ARROW_PER_NEWTON)[..., None]
     strips = arrow_strips(origins, vectors.reshape(-1, 3))
-    seen = np.abs(thrust) * _ARROW_PER_NEWTON > _ARROW_LEAST
+    seen = np.abs(thrust) * _ARROW_PER_NEWTON > _MIN_ARROW
     return numbers(f"{path}/thrust", time, rr.LineStrips3D, seen.sum(axis=1), strips=strips[seen.ravel()])
 
 
@@ -339,29 +354,12 @@ def engine(path: str, time: FloatArray, thruster: RecordedThruster, angle: Float
     return transforms(f"{path}/{thruster.name}", time, position, _engine_turns(thruster, angle))
 
 
-_PICTURE_AT = 1.2
-"""How far before a camera its picture hangs in the sea view [m]."""
-_FRUSTUM_COLOR = (157, 140, 103)
-_RANGE_COLORS = (255, 236, 110), (255, 96, 80), (150, 60, 200)
-"""Colours of a lidar's points near the boat, halfway on a scale of logarithms, and at the end of the range."""
-_SHADES = 64
-AXIS_COLORS = ((240, 93, 83), (89, 158, 81), (80, 143, 229))
-"""Colours of x, y and z in plots."""
-SOUND_COLOR = (159, 125, 214)
-_SOUND_LENGTH = 8.0
-"""Longest arrow to a beacon [m]: it shows the direction, and the plot the distance."""
-_SOUND_HEIGHT = 2.2
-"""Height of the arrow to a beacon over the boat's origin [m]."""
-_OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
-"""Axes of a picture (x right, y down, z forward), in those of its camera (x forward, y left, z up)."""
-
-
 def sensor_chunks(scene: RecordScene) -> Iterator[Chunk]:
     """What of the sensors does not change: where they are on their boats, how they are drawn, their series' names."""
     colors = scene.colors()
     for sensor in scene.sensors:
         if isinstance(sensor.config, CameraConfig):
-            yield static(sensor.path, _mount(sensor, _OPTICAL), _pinhole(sensor.config))
+            yield static(sensor.path, _mount(sensor, _OPTICAL_AXES), _pinhole(sensor.config))
             yield static(sensor.path, rr.EncodedImage.from_fields(media_type="image/jpeg"))
         elif sensor.type == "lidar":
             yield static(sensor.path, _mount(sensor), rr.Points3D.from_fields(radii=[rr.Radius.ui_points(2.0)]))
@@ -389,7 +387,7 @@ def _pinhole(config: CameraConfig) -> rr.Pinhole:
         focal_length=focal_length(config),
         width=config.width,
         height=config.height,
-        image_plane_distance=_PICTURE_AT,
+        image_plane_distance=_PICTURE_DISTANCE,
         color=_FRUSTUM_COLOR,
         line_width=0.01,
     )

@@ -27,6 +27,8 @@ _MAP_SIZE = (1000, 720)
 """Width and height of a world's map [px]."""
 _ANGLES = ("yaw from x [deg]", "compass heading [deg]", "compass course [deg]")
 _COLUMNS = ("boat", "x [m]", "y [m]", "z [m]", *_ANGLES, "speed [m/s]")
+REDRAW_PERIOD = 0.1
+"""Least wall time between two drawings of a notebook's bar [s]."""
 
 
 def register() -> None:
@@ -111,8 +113,6 @@ def show(recording: str | Path, *, width: int | str = "auto", height: int | str 
 
 
 _Tick = Callable[[float], None]
-REDRAWN = 0.1
-"""Wall time between two drawings of a notebook's bar [s], at least."""
 
 
 def progress(sim: "Simulation", duration: float | None = None) -> AbstractContextManager[_Tick]:
@@ -166,7 +166,7 @@ def notebook_bar(sim: "Simulation", duration: float) -> Iterator[_Tick]:
         nonlocal reached, drawn
         reached = time
         write_events()
-        if clock.perf_counter() - drawn > REDRAWN:
+        if clock.perf_counter() - drawn > REDRAW_PERIOD:
             handle.update(drawing())
             drawn = clock.perf_counter()
 

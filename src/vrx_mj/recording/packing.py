@@ -20,10 +20,11 @@ from vrx_mj.errors import RecordError
 from vrx_mj.physics.kernel import allocating_kernel, inlined_kernel
 
 _FLIP = np.int64(0x7FFF_FFFF_FFFF_FFFF)
+"""Bits of a negative number that are inverted, so that numbers sort as integers."""
 _ORDER = 10
-"""Of the polynomial through the last numbers, which predicts the next one."""
-_FARTHEST = 1e300
-"""Predictions beyond this are 0."""
+"""Order of the polynomial through the last numbers, which predicts the next one."""
+_MAX_PREDICTION = 1e300
+"""Largest prediction; larger ones are 0."""
 HEAD = struct.Struct(f"<II{_ORDER + 2}d")
 """Numbers of positions and of quaternions; what a position gains from row to row by a velocity and its differences; the
 physics step [s].
@@ -32,12 +33,18 @@ Then come the columns of each position and of its velocity, the first columns of
 velocity, a bit for each column that changes, the first row, and the others byte plane by byte plane, compressed.
 """
 _MOST_STEPS = 1000
-"""Physics steps between rows, at most, for which poses are predicted from velocities."""
+"""Largest number of physics steps between rows for which poses are predicted from velocities."""
 _LEVEL = 1
-"""How hard Zstandard compresses rows: harder takes four times the time for a hundredth of the bytes."""
+"""Zstandard's level of compression of rows: a higher one takes four times the time for a hundredth of the bytes."""
 
 Bodies = Sequence[tuple[int, int]]
 """Columns of each body: the first of 7 of its pose, and of 6 of its velocity, as MuJoCo has them."""
+HEADER = struct.Struct("<II")
+"""Number of rows; number of columns, with the form of what follows in its upper two bits."""
+_PLAIN, _CODED = 1, 3
+"""Forms: unchanged numbers, and those of `_coded_rows`."""
+WIDTH_BITS = 30
+"""Bits of the header that hold the number of columns."""
 
 
 def _coded_rows(rows: FloatArray, bodies: Bodies, timestep: float) -> bytes:
@@ -240,7 +247,7 @@ def _code_unit(table: IntArray, i: int, first: int, predicted: FloatArray, value
 @inlined_kernel
 def _code_number(table: IntArray, i: int, j: int, predicted: float, back: bool) -> float:
     """Code a bit pattern with its sign in the lowest bit: small means few bits; or `back`. Return the number."""
-    expected: Any = _sortable(predicted if abs(predicted) < _FARTHEST else 0.0)
+    expected: Any = _sortable(predicted if abs(predicted) < _MAX_PREDICTION else 0.0)
     bits: Any = table[i, j]
     if i > 0 and back:
         bits = expected + (((bits >> 1) & _FLIP) ^ -(bits & 1))
@@ -259,13 +266,6 @@ def _sortable(value: float) -> int:
     bits: Any = np.float64(value).view(np.int64)
     found: int = bits ^ _FLIP if bits < 0 else bits
     return found
-
-
-HEADER = struct.Struct("<II")
-"""Number of rows; number of columns, with the form of what follows in its upper two bits."""
-_PLAIN, _CODED = 1, 3
-"""Forms: numbers as they are, and as `_coded_rows` has them."""
-WIDTH_BITS = 30
 
 
 def plain_rows(rows: FloatArray) -> bytes:

@@ -24,18 +24,32 @@ from vrx_mj.errors import RecordError
 from vrx_mj.foreign.plain import LENGTH, pack, unpack, validate
 
 APPLICATION = "vrx_mj"
-"""What rerun's files are of."""
+"""Application that rerun's files name."""
 RUN, ROWS, STATES, EVENTS = "/record/run", "/record/rows", "/record/states", "/events"
 FRAMES, COMPANIES = "/record/frames", "/record/companies"
 """Entities that are read, besides those of sensors."""
 
-LONGEST = 1e9
+MAX_TIME = 1e9
 """Latest time in a recording [s]."""
 
 Cell = str | bytes | npt.NDArray[Any] | None
 """A text, bytes, or numbers; None where there is nothing."""
 PartData = tuple[str, bool, dict[str, list[Cell]]]
 """The fields of a part."""
+_LEVEL = 4
+"""Level of compression of files: a higher one takes twice the time for a twentieth of the bytes."""
+_MAX_NAMES = 4 << 20
+"""Largest size of the names of files together [bytes]."""
+MAGIC = b"VRXMJRAW"
+"""First bytes of such a file; the version follows."""
+VERSION = 2
+"""Version of the raw file."""
+HEAD, FRAME = struct.Struct("<8sI"), struct.Struct("<QI")
+"""Beginning of the file: mark and version. Before each block: its length [bytes] and its CRC-32."""
+FLUSH = 1.0
+"""Wall time between flushes [s]."""
+_JOINED_ENTITIES = (STATES, FRAMES)
+"""Entities of small parts, which cost as much as their headers."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,8 +106,8 @@ class Part:
             RecordError: it is missing, or of another kind.
         """
         found = self.numbers(name)
-        if not all(0.0 <= time <= LONGEST for time in found):
-            raise RecordError(f"{self.entity}: {name}: a time from 0 to {LONGEST:g} s is needed")
+        if not all(0.0 <= time <= MAX_TIME for time in found):
+            raise RecordError(f"{self.entity}: {name}: a time from 0 to {MAX_TIME:g} s is needed")
         return found
 
     def arrays(self, name: str, kind: str) -> list[npt.NDArray[Any]]:
@@ -124,12 +138,6 @@ def validator(kind: Any) -> TypeAdapter[Any]:
     return TypeAdapter(kind)
 
 
-_LEVEL = 4
-"""How hard files are compressed: harder takes twice the time for a twentieth of the bytes."""
-_NAMES = 4 << 20
-"""Bytes of the names of files, at most."""
-
-
 def pack_files(files: Mapping[str, bytes]) -> bytes:
     """Compressed bytes of files, the same for the same files."""
     return zlib.compress(pack(dict(sorted(files.items()))), _LEVEL)
@@ -144,22 +152,11 @@ def unpack_files(blob: bytes, most: int) -> dict[str, bytes]:
     stream = zlib.decompressobj()
     try:
         content = stream.decompress(blob, most + 1)
-        if len(content) > most or LENGTH.unpack_from(content)[0] > _NAMES:
+        if len(content) > most or LENGTH.unpack_from(content)[0] > _MAX_NAMES:
             raise RecordError(f"files: more than {most >> 20} MiB, or too many names")
         return validate(unpack(content), dict[str, bytes])
     except (zlib.error, struct.error, ValueError) as error:
         raise RecordError(f"files: damaged: {str(error).splitlines()[0].removeprefix('damaged: ')}") from None
-
-
-MAGIC = b"VRXMJRAW"
-"""How such a file begins; the version comes next."""
-VERSION = 2
-HEAD, FRAME = struct.Struct("<8sI"), struct.Struct("<QI")
-"""Beginning of the file: mark and version. Before each block: its length [bytes] and its CRC-32."""
-FLUSH = 1.0
-"""Wall time between flushes [s]."""
-_JOINED = (STATES, FRAMES)
-"""Entities of small parts, which cost as much as their headers."""
 
 
 class RawFile:
@@ -189,7 +186,7 @@ class RawFile:
                 self._entity, self._columns = entity, {}
             for name, cells in columns.items():
                 self._columns.setdefault(name, []).extend(cells)
-            if entity not in _JOINED or now >= self._due:
+            if entity not in _JOINED_ENTITIES or now >= self._due:
                 self._write()
             if now >= self._due:
                 self._due = now + FLUSH

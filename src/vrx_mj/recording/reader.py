@@ -23,7 +23,7 @@ from vrx_mj.errors import RecordError, VrxWarning, quote
 from vrx_mj.frames import in_world_axes
 from vrx_mj.model.world import other_physics
 from vrx_mj.recording.boat_sets import (
-    HUGE,
+    MAX_NUMBER,
     BoatSet,
     Head,
     Sent,
@@ -46,6 +46,21 @@ from vrx_mj.tasks.referee import Message
 
 RecordedFrame = tuple[int, FloatArray, tuple[Message, ...]]
 """Number of the boat set, the frame's row, and its messages."""
+READ_ENTITIES = (RUN, ROWS, STATES, EVENTS, COMPANIES, FRAMES)
+"""Entities that are read; all others are for looking at."""
+READ_COLUMNS = (
+    "head", "files", "block", "company", "time", "blob", "sent", "sim_time", "TextLog:text", "TextLog:level",
+    "touch",
+)  # fmt: skip
+"""Columns of these entities that are read."""
+_READING_CELLS: Mapping[str, Mapping[str, tuple[str, str]]] = {
+    "camera": {"blob": ("EncodedImage:blob", "|u1")},
+    "points": {"points": ("Points3D:positions", "<f4"), "intensity": ("intensity", "|u1"), "ring": ("ring", "|u1")},
+    "numbers": {"numbers": ("numbers", "|u1")},
+}
+"""What gives back the data of readings, by their form: name, column and kind of numbers."""
+READING_COLUMNS = ("time", "sequence", *{name for cells in _READING_CELLS.values() for name, _ in cells.values()})
+"""Columns of a recording that give readings back."""
 
 
 @dataclass(frozen=True)
@@ -109,7 +124,7 @@ class Record(Head):
     rows: FloatArray
     """Rows (n, columns) as they were; `layout.names()` names the columns. NaN while a body was not there."""
     row_companies: IntArray
-    """(n,) numbers of the boat sets that the rows are of."""
+    """Numbers of the boat sets that the rows are of, (n,)."""
     complete: bool
     """Whether the recording was closed; a killed run leaves one that was not."""
     has_views: bool
@@ -207,7 +222,7 @@ def read_record(path: str | Path, *, whole: bool = False) -> Record:
         CommandError: `path` is not a path.
     """
     file = as_path("path", path)
-    parsed = parsed_file(file, COLUMNS, OURS, whole=as_flag("whole", whole))
+    parsed = parsed_file(file, READ_COLUMNS, READ_ENTITIES, whole=as_flag("whole", whole))
     if not parsed.of(RUN):
         raise RecordError(f"'{file}' is not a recording of vrx_mj: it is a rerun file of something else")
     run, most = parsed.of(RUN)[0], allowance(file.stat().st_size)
@@ -221,7 +236,7 @@ def read_record(path: str | Path, *, whole: bool = False) -> Record:
         layouts = [boat_set.layout for boat_set in companies]
         rows, numbers = all_rows(parsed.of(ROWS), layouts, most)
         frames = read_frames(parsed.of(FRAMES), len(companies), most)
-        if not all((np.abs(row) < HUGE).all() for _, row, _ in frames):
+        if not all((np.abs(row) < MAX_NUMBER).all() for _, row, _ in frames):
             raise RecordError(f"{FRAMES}: block: a number is not finite, or huge")
         return Record(
             **{**vars(head), "layout": joint_layout(layouts)},
@@ -235,15 +250,6 @@ def read_record(path: str | Path, *, whole: bool = False) -> Record:
             complete=parsed.footer,
             has_views=parsed.views,
         )
-
-
-OURS = (RUN, ROWS, STATES, EVENTS, COMPANIES, FRAMES)
-"""Entities that are read; all others are for looking at."""
-COLUMNS = (
-    "head", "files", "block", "company", "time", "blob", "sent", "sim_time", "TextLog:text", "TextLog:level",
-    "touch",
-)  # fmt: skip
-"""Their columns."""
 
 
 @contextlib.contextmanager
@@ -344,7 +350,7 @@ class RecordedReadings(Sequence[Reading]):
 
     @classmethod
     def of(cls, sensor: RecordedSensor, parts: Sequence[Part]) -> Self:
-        """Of the chunks of a sensor's entity.
+        """The readings in the chunks of a sensor's entity.
 
         Raises:
             RecordError: they do not hold readings of such a sensor.
@@ -391,16 +397,6 @@ class RecordedReadings(Sequence[Reading]):
         if "points" in row:
             return PointCloud(row["points"].reshape(-1, 3), row["intensity"].view("<f4"), row["ring"].view("<u2"))
         return numbers.data(row["numbers"].view("<f8"), self.sensor.config)
-
-
-_READING_CELLS: Mapping[str, Mapping[str, tuple[str, str]]] = {
-    "camera": {"blob": ("EncodedImage:blob", "|u1")},
-    "points": {"points": ("Points3D:positions", "<f4"), "intensity": ("intensity", "|u1"), "ring": ("ring", "|u1")},
-    "numbers": {"numbers": ("numbers", "|u1")},
-}
-"""What gives back the data of readings, by their form: name, column and kind of numbers."""
-READING_COLUMNS = ("time", "sequence", *{name for cells in _READING_CELLS.values() for name, _ in cells.values()})
-"""Columns of a recording that give readings back."""
 
 
 def _check_readings(sensor: RecordedSensor, columns: Mapping[str, Sequence[Any]]) -> None:

@@ -27,7 +27,7 @@ _Vec3 = tuple[float, float, float]
 SeaHeight = Callable[[FloatArray, FloatArray, float | FloatArray], npt.ArrayLike]
 """Height of the sea [m] at x, y [m, ENU, equal shapes] and time [s]."""
 
-PARKED = -100.0
+PARKED_HEIGHT = -100.0
 """A ball below this height [m] waits for its shot, and is not shown."""
 
 _Name = Annotated[str, Field(pattern=r"^[^\x00-\x1f\x7f]{1,300}$")]

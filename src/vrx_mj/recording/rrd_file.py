@@ -27,12 +27,16 @@ from vrx_mj.recording.parts import APPLICATION, MAGIC, Part, PartData, begins_wi
 PARSER = "foreign.rerun_file"
 """The module that parses."""
 _MAGIC = b"RRF2"
-"""How a recording begins."""
-_LEAST, _RATIO = 64 << 20, 16
-"""What a recording may become in memory [bytes]: this, and so many times its size."""
+"""First bytes of a recording."""
+_MIN_MEMORY, _MEMORY_RATIO = 64 << 20, 16
+"""Memory that parsing a recording may take [bytes]: this, or this many times its size."""
 _SECONDS, _BYTES_PER_SECOND = 5, 1 << 20
-"""Processor time of the parser: this [s], and a second for so many bytes."""
+"""Processor time that the parser may take: this [s], and one second for this many bytes."""
 _Found = TypeVar("_Found")
+FILE_HEADER = 12
+"""Bytes before the first message of an rrd file: its mark, version and options."""
+MESSAGE_HEADER = struct.Struct("<QQ")
+"""Kind and length of a message; kind 0 ends a file."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +57,7 @@ class Parsed:
 
 def allowance(size: int) -> int:
     """What a recording of `size` [bytes] may become in memory [bytes]."""
-    return _LEAST + _RATIO * size
+    return _MIN_MEMORY + _MEMORY_RATIO * size
 
 
 def parsed_file(file: Path, columns: Sequence[str], entities: Sequence[str], *, whole: bool = False) -> Parsed:
@@ -136,12 +140,6 @@ def _whole_file(file: Path) -> Iterator[Path]:
         shutil.copyfile(file, copy)
         os.truncate(copy, whole)
         yield copy
-
-
-FILE_HEADER = 12
-"""Bytes before the first message of an rrd file: its mark, version and options."""
-MESSAGE_HEADER = struct.Struct("<QQ")
-"""Kind and length of a message; kind 0 ends a file."""
 
 
 def whole_bytes(file: Path) -> int:

@@ -19,15 +19,15 @@ from vrx_mj.recording.record_scene import RecordedBody, SeaHeight
 from vrx_mj.recording.timeline import Held
 
 STEP, KEEP = 1.0 / 64.0, 0.75
-"""What heights are rounded to [m], and how far a shown one may be off, in steps: what is equal takes no space."""
+"""Step to which heights are rounded [m], and largest error of a shown height, in steps: equal heights take no space."""
 _CELL, _CORE = 3.0, 7.0
-"""Size of the smallest cells, and how far from a boat they reach [m]."""
+"""Size of the smallest cells, and distance from a boat up to which they reach [m]."""
 _GROWTH, _REACH = (0.6, 0.9), (40.0, 500.0)
 """Growth of a cell per metre from there on, up to distances [m]; beyond the last there is one cell to the horizon."""
 _STRIDE, _MOST_STRIDES = 2.0, 4000
 """Steps in which cells are added up to lines [m], and their number at most: a run may diverge."""
 MOST_LINES = 72
-"""Lines of one axis, at most."""
+"""Largest number of lines of one axis."""
 HORIZON = 2500.0
 """Distance of the outermost vertices [m]."""
 CALM = (5.0, 13.0)
@@ -36,12 +36,41 @@ CALM = (5.0, 13.0)
 
 RATES = (2.0, 2.5, 4.0)
 """Rates of pictures of the sea [Hz], which divide that of the rows."""
-_PHASES, _LATE = 8.0, 0.056
-"""Pictures in a period of the waves, and how far the surface goes in half the time of one [m, rms], at most."""
-FAST = 0.07
+_MIN_PHASES, _MAX_LAG = 8.0, 0.056
+"""Least number of pictures in a period of the waves, and largest motion of the surface in half the time of one [m,
+rms]."""
+FAST_SURFACE = 0.07
 """Vertical speed of the surface from which every row is shown [m/s, rms]: three times it is 1 cm from row to row."""
 _SAMPLES = 1000
-"""Places at which motion and shape of a sea are sampled."""
+"""Number of places at which motion and shape of a sea are sampled."""
+_INSTANT, _SPAN = 0.05, 0.3
+"""Time [s] and distance [m] over which speed, acceleration and curvature are taken."""
+_BAND_ROWS = 10
+"""Rows of cells in one entity: of so few vertices rerun's LZ4 finds each in the frame before."""
+_HULL_CELL = 0.6
+"""Least size of a patch's cells [m]; there are up to `_HULL_CELLS` of them along a side."""
+_HULL_CELLS = 24
+"""Largest number of cells along a side of a patch."""
+_FLATNESS, CHORD = 0.006, 0.0025
+"""Largest distance from the surface [m] of the planes of cells, and of heights between evaluated ones."""
+STILL_ERROR = 0.0195
+"""Largest distance of the shown heights of a patch from the surface for which the patch is kept [m]."""
+_HULL_MARGIN, RIM = 0.25, 1.2
+"""Water around a hull's bounding box, and around that a rim that goes down under the fleet's mesh [m]."""
+_RIM_STEP = 1.0 / 16.0
+"""Step to which heights of the rim are rounded [m]."""
+_DEFAULT_HULL = np.array([[-2.5, -1.25], [2.5, 1.25]])
+"""Corners of a hull without a mesh [m]."""
+_LIGHT_DIRECTION = (0.55, 0.35)
+"""Direction from which the light comes, east and north."""
+DEEP, CREST, _HAZE = np.array([[5.0, 30.0, 52.0], [84.0, 146.0, 168.0], [150.0, 182.0, 204.0]])
+"""Colours of deep water, of crests and of haze."""
+CALM_LIGHT = 0.38
+"""Light of a calm sea, dark enough for white names on a viewer's light plates."""
+_SHADES, _HAZES = 32, 16
+"""Numbers of shades and of hazes in the palette."""
+_HAZE_SHARES = np.linspace(0.0, 1.0, _HAZES)[:, None, None]
+"""Share of haze in each row of the palette."""
 
 
 class Swell(NamedTuple):
@@ -63,7 +92,7 @@ class Swell(NamedTuple):
     def rate(self) -> float:
         """Pictures of it [Hz]."""
         frequency = self.speed / (2.0 * math.pi * max(self.deviation, 1e-9))
-        wanted = max(_PHASES * frequency, self.speed / (2.0 * _LATE))
+        wanted = max(_MIN_PHASES * frequency, self.speed / (2.0 * _MAX_LAG))
         return next((rate for rate in RATES if rate >= wanted), RATES[-1])
 
     @property
@@ -73,8 +102,8 @@ class Swell(NamedTuple):
 
     @property
     def cell(self) -> float:
-        """Size of a patch's cells [m], whose planes are off by `_FLAT` where the surface is most curved."""
-        return max(math.sqrt(8.0 * _FLAT / max(3.0 * self.curvature, 1e-3)), _HULL_CELL)
+        """Size of a patch's cells [m], whose planes are off by `_FLATNESS` where the surface is most curved."""
+        return max(math.sqrt(8.0 * _FLATNESS / max(3.0 * self.curvature, 1e-3)), _HULL_CELL)
 
 
 def swell_of(height: SeaHeight) -> Swell:
@@ -89,10 +118,6 @@ def swell_of(height: SeaHeight) -> Swell:
     curvature = max(_rms(low + high - 2.0 * z) for low, high in sides) / _SPAN**2
     speed, acceleration = _rms(after - before) / (2.0 * _INSTANT), _rms(after + before - 2.0 * z) / _INSTANT**2
     return Swell(height, float(sample.mean()), float(sample.std()), speed, acceleration, curvature)
-
-
-_INSTANT, _SPAN = 0.05, 0.3
-"""Time [s] and distance [m] over which speed, acceleration and curvature are taken."""
 
 
 def _rms(values: FloatArray) -> float:
@@ -124,8 +149,8 @@ class Grid(NamedTuple):
     def toward(self, z: FloatArray) -> FloatArray:
         """Slopes toward the light of heights (n, rows, columns) [m]."""
         slopes = np.zeros_like(z)
-        slopes[:, :, 1:-1] = (z[:, :, 2:] - z[:, :, :-2]) * (_SUN[0] / (self.x[2:] - self.x[:-2]))
-        slopes[:, 1:-1] += (z[:, 2:] - z[:, :-2]) * (_SUN[1] / (self.y[2:] - self.y[:-2]))[:, None]
+        slopes[:, :, 1:-1] = (z[:, :, 2:] - z[:, :, :-2]) * (_LIGHT_DIRECTION[0] / (self.x[2:] - self.x[:-2]))
+        slopes[:, 1:-1] += (z[:, 2:] - z[:, :-2]) * (_LIGHT_DIRECTION[1] / (self.y[2:] - self.y[:-2]))[:, None]
         return slopes
 
     def near(self, places: FloatArray, reach: FloatArray) -> BoolArray:
@@ -190,13 +215,9 @@ def _lines(places: FloatArray) -> FloatArray:
     return np.concatenate([[way[0] - HORIZON], inner, [way[-1] + HORIZON]])
 
 
-_BAND = 10
-"""Rows of cells in one entity: of so few vertices rerun's LZ4 finds each in the frame before."""
-
-
 def bands(rows: int) -> list[slice]:
     """The rows of a grid by bands, of which each begins with the last row of the one before."""
-    return [slice(first, first + _BAND + 1) for first in range(0, rows - 1, _BAND)]
+    return [slice(first, first + _BAND_ROWS + 1) for first in range(0, rows - 1, _BAND_ROWS)]
 
 
 def triangles(rows: int, columns: int) -> npt.NDArray[np.uint32]:
@@ -207,28 +228,13 @@ def triangles(rows: int, columns: int) -> npt.NDArray[np.uint32]:
     return np.concatenate([first, second]).astype(np.uint32)
 
 
-_HULL_CELL = 0.6
-"""Least size of a patch's cells [m]; there are up to `_HULL_CELLS` of them along a side."""
-_HULL_CELLS = 24
-_FLAT, CHORD = 0.006, 0.0025
-"""How far planes of cells, and heights between evaluated ones, may be from the surface [m]."""
-STILL = 0.0195
-"""How far the shown heights of a patch may be from the surface for it to stay [m]."""
-_HULL_MARGIN, RIM = 0.25, 1.2
-"""Water around a hull's bounding box, and around that a rim that goes down under the fleet's mesh [m]."""
-_RIM_STEP = 1.0 / 16.0
-"""Heights of the rim are rounded to this [m]."""
-_WAMV = np.array([[-2.5, -1.25], [2.5, 1.25]])
-"""Corners of a hull that has no looks [m]."""
-
-
 Lines = tuple[FloatArray, FloatArray]
 """Lines of a patch along x and y of its boat's frame [m]."""
 
 
 def hull_lines(boat: RecordedBody, cell: float) -> Lines:
     """Lines of a boat's patch along x and y of its frame [m]: around its looks, `cell` apart at most."""
-    vertices = np.concatenate([part.vertices[:, :2] for part in boat.surfaces] or [_WAMV])
+    vertices = np.concatenate([part.vertices[:, :2] for part in boat.surfaces] or [_DEFAULT_HULL])
     low, high = vertices.min(axis=0) - _HULL_MARGIN, vertices.max(axis=0) + _HULL_MARGIN
     count = np.minimum(np.ceil((high - low) / cell), _HULL_CELLS).astype(int) + 1
     x, y = (np.concatenate([[low[i] - RIM], np.linspace(low[i], high[i], count[i]), [high[i] + RIM]]) for i in range(2))
@@ -238,7 +244,7 @@ def hull_lines(boat: RecordedBody, cell: float) -> Lines:
 def hull_water(lines: Lines) -> Held:
     """Heights of a patch as they are shown: those of its rim, which lies lower, are rounded more."""
     low = np.pad(np.zeros((len(lines[1]) - 2, len(lines[0]) - 2), np.bool_), 1, constant_values=True).ravel()
-    return Held(np.where(low, _RIM_STEP, STEP), keep=KEEP, within=np.where(low, 2.0 * _RIM_STEP, STILL))
+    return Held(np.where(low, _RIM_STEP, STEP), keep=KEEP, within=np.where(low, 2.0 * _RIM_STEP, STILL_ERROR))
 
 
 def patch_heights(sea: Swell, lines: Lines, time: FloatArray, pose: FloatArray, drop: float) -> FloatArray:
@@ -277,14 +283,6 @@ def _axes(pose: FloatArray) -> FloatArray:
     return in_world_axes(pose[:, None, 3:], np.broadcast_to(np.eye(3), (len(pose), 3, 3)))
 
 
-_SUN = (0.55, 0.35)
-"""Direction from which the light comes, east and north."""
-DEEP, CREST, _HAZE = np.array([[5.0, 30.0, 52.0], [84.0, 146.0, 168.0], [150.0, 182.0, 204.0]])
-CALM_LIGHT = 0.38
-"""Light of a calm sea, dark enough for white names on a viewer's light plates."""
-_SHADES, _HAZES = 32, 16
-
-
 def light(z: FloatArray, toward: FloatArray) -> FloatArray:
     """Light, 0 to 1, of heights over the mean [m] with slopes toward the sun: crests and what faces it are bright.
 
@@ -318,8 +316,7 @@ def ramp(colors: npt.ArrayLike, share: FloatArray) -> FloatArray:
     return np.column_stack([np.interp(share, place, part) for part in parts])
 
 
-_FAR = np.linspace(0.0, 1.0, _HAZES)[:, None, None]
 _PALETTE = packed_colors(
-    (DEEP + (CREST - DEEP) * np.linspace(0.0, 1.0, _SHADES)[:, None]) * (1.0 - _FAR) + _HAZE * _FAR
+    (DEEP + (CREST - DEEP) * np.linspace(0.0, 1.0, _SHADES)[:, None]) * (1.0 - _HAZE_SHARES) + _HAZE * _HAZE_SHARES
 )
 """Colours of each haze and shade."""

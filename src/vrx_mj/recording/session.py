@@ -55,8 +55,12 @@ from vrx_mj.sensors.readings import Reading
 from vrx_mj.tasks.referee import Message
 from vrx_mj.unix import release_memory
 
-_QUALITY = 75
+_JPEG_QUALITY = 75
 """Quality of the JPEG pictures, of 100."""
+_POSE_RATE = 20.0
+"""Rate of rows [Hz, simulated time]."""
+_ALL = "all"
+"""The word for every sensor: of a boat, or of all boats."""
 
 
 class RecordWriter(contextlib.AbstractContextManager["RecordWriter"]):
@@ -179,17 +183,13 @@ def _reading_columns(sensor: RecordedSensor, reading: Reading) -> dict[str, list
         if reading.data.labels is not None:
             seen = [(one.category_id, *one.box) for one in reading.data.labels.objects]
             columns["labels"] = [np.ravel(seen).astype("<i4")]
-        return columns | {"EncodedImage:blob": [reading.data.jpeg(_QUALITY)]}
+        return columns | {"EncodedImage:blob": [reading.data.jpeg(_JPEG_QUALITY)]}
     if sensor.gives_points:
         cloud = reading.data  # as bytes: rerun takes numbers one by one
         numbers = {"intensity": [cloud.intensity.astype("<f4").tobytes()], "ring": [cloud.ring.astype("<u2").tobytes()]}
         return columns | {"Points3D:positions": [cloud.points.astype("<f4")]} | numbers
     values = np.concatenate([np.ravel(field) for field in data_fields(reading)])
     return columns | {"numbers": [values.astype("<f8").tobytes()]}
-
-
-_POSE_RATE = 20.0
-"""Rows per simulated second [Hz]."""
 
 
 @contextlib.contextmanager
@@ -319,9 +319,6 @@ def _reading_recorder(writer: RecordWriter, boat: str) -> Callable[[Reading], No
 
     return take
 
-
-_ALL = "all"
-"""The word for every sensor: of a boat, or of all boats."""
 
 _Rates = Mapping[str, Mapping[str, float]]
 """Measurements per second by boat and sensor."""

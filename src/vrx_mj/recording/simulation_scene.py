@@ -46,15 +46,24 @@ from vrx_mj.sensors.displays import displays_of
 _Looks = dict[str, list[Surface]]
 """Surfaces by the name of the body that carries them."""
 FINE_BOATS, MOST_FACES = 10, 1200
-"""Boats up to which each is drawn as it is; most triangles of a boat in a larger fleet."""
+"""Largest number of boats that are drawn in full detail, and largest number of triangles of a boat in a larger
+fleet."""
 _JOINTS: dict[int, Literal["hinge", "slide", "ball"]] = {3: "hinge", 2: "slide", 1: "ball"}
 """Kinds of joints by `mjtJoint`."""
-_AT_BASE = (0.0, 0.0, 0.0), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+_BASE_MOUNT = (0.0, 0.0, 0.0), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 """Place and rotation of a sensor at its boat's `base_link`."""
 
 
 Choices = Mapping[tuple[str, str], float]
 """Readings per simulated second of sensors to record, by boat and sensor."""
+_SHARP_COSINE = math.cos(math.radians(40.0))
+"""Cosine between a face and MuJoCo's normal at its corner below which the face has an edge there."""
+_CYLINDER_SIDES, _SPHERE_SIDES, _SPHERE_RINGS = 24, 16, 9
+"""Facets around cylinders, around spheres and capsules, and rings of vertices from pole to pole."""
+_LATITUDES = np.linspace(-0.5 * np.pi, 0.5 * np.pi, _SPHERE_RINGS)
+_ARC = np.stack([np.cos(_LATITUDES), np.sin(_LATITUDES)], axis=-1)
+_COARSENING = 1.1
+"""Factor by which cells grow until a surface has few enough triangles."""
 
 
 def scene_of(
@@ -232,7 +241,7 @@ def _recorded_sensors(world: World, choices: Choices) -> Iterator[RecordedSensor
     for (boat, name), rate in choices.items():
         sensor = sensors[boat, name]
         moved = sensor.type == "pinger" and "pinger" in world.parameters.at_base_link
-        place = _AT_BASE if moved else (sensor.position, sensor.rotation)
+        place = _BASE_MOUNT if moved else (sensor.position, sensor.rotation)
         yield RecordedSensor(boat, name, sensor.type, sensor.frame, rate, *place, sensor.config)
 
 
@@ -280,16 +289,8 @@ _Floats = npt.NDArray[np.floating]
 _Triangles = tuple[FloatArray, npt.NDArray[np.int32], FloatArray]
 """Vertices (n, 3) [m], faces (m, 3) as indices of them, counter-clockwise from outside, and the vertices' normals."""
 
-_SHARP = math.cos(math.radians(40.0))
-"""Cosine between a face and MuJoCo's normal at its corner below which the face has an edge there."""
-_CYLINDER, _ROUND, _RINGS = 24, 16, 9
-"""Facets around cylinders, around spheres and capsules, and rings of vertices from pole to pole."""
-_LATITUDES = np.linspace(-0.5 * np.pi, 0.5 * np.pi, _RINGS)
-_ARC = np.stack([np.cos(_LATITUDES), np.sin(_LATITUDES)], axis=-1)
 _ARC[[0, -1], 0] = 0.0
 """From pole to pole of a sphere of radius 1: radius and height (rings, 2)."""
-_COARSER = 1.1
-"""Factor by which cells grow until a surface has few enough triangles."""
 
 
 def geom_surface(model: mujoco.MjModel, geom: int) -> Surface:
@@ -311,9 +312,9 @@ def geom_surface(model: mujoco.MjModel, geom: int) -> Surface:
 def _primitive(kind: int, size: Sequence[float]) -> _Triangles:
     shapes, (x, y, _) = mujoco.mjtGeom, size
     if kind == shapes.mjGEOM_CAPSULE:
-        halves = np.concatenate([_ARC[: _RINGS // 2 + 1], _ARC[_RINGS // 2 :]])
+        halves = np.concatenate([_ARC[: _SPHERE_RINGS // 2 + 1], _ARC[_SPHERE_RINGS // 2 :]])
         lift = np.outer(np.repeat([-y, y], len(halves) // 2), [0.0, 1.0])
-        return _revolution(x * halves + lift, halves, _ROUND)
+        return _revolution(x * halves + lift, halves, _SPHERE_SIDES)
     vertices, faces, normals = _unit_shape(kind)
     scale = np.array({shapes.mjGEOM_CYLINDER: (x, x, y), shapes.mjGEOM_SPHERE: (x, x, x)}.get(kind, size))
     normals = normals / scale
@@ -333,8 +334,8 @@ def _unit_shape(kind: int) -> _Triangles:
     if kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
         profile = np.array([[0.0, -1.0], [1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [1.0, 1.0], [0.0, 1.0]])
         normals = np.array([[0.0, -1.0], [0.0, -1.0], [1.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, 1.0]])
-        return _revolution(profile, normals, _CYLINDER)
-    return _revolution(_ARC, _ARC, _ROUND)
+        return _revolution(profile, normals, _CYLINDER_SIDES)
+    return _revolution(_ARC, _ARC, _SPHERE_SIDES)
 
 
 def _revolution(profile: FloatArray, normals: FloatArray, facets: int) -> _Triangles:
@@ -360,7 +361,7 @@ def _mesh(model: mujoco.MjModel, mesh: int) -> _Triangles:
     a, b, c = (points[faces[:, corner]].astype(np.float64) for corner in range(3))
     own = np.cross(b - a, c - a)
     own /= np.maximum(np.linalg.norm(own, axis=1, keepdims=True), 1e-12)
-    sharp = np.einsum("fi,fci->fc", own, normals[index]) < _SHARP
+    sharp = np.einsum("fi,fci->fc", own, normals[index]) < _SHARP_COSINE
     index = np.where(sharp, len(normals) + np.arange(len(faces))[:, None], index)
     pairs = faces.astype(np.int64) * (len(normals) + len(faces)) + index
     kept, corners = np.unique(pairs, return_inverse=True)
@@ -377,7 +378,7 @@ def coarser(surfaces: Sequence[Surface], most: int) -> tuple[Surface, ...]:
     cell, coarse = max(sizes, default=0.0) / 64.0, tuple(surfaces)
     while sum(len(surface.faces) for surface in coarse) > most and cell < 2.0 * max(sizes):
         coarse = tuple(_gather(surface, cell) for surface in surfaces)
-        cell *= _COARSER
+        cell *= _COARSENING
     for index in np.argsort(sizes, kind="stable"):
         if sum(len(surface.faces) for surface in coarse) <= most:
             break

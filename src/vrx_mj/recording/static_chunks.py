@@ -16,25 +16,28 @@ from rerun.chunk import Chunk
 from vrx_mj.draw.style import WIND_COLOR, Rgb, shade
 from vrx_mj.recording import eyes
 from vrx_mj.recording.record_scene import RecordedBody, RecordScene, Surface
-from vrx_mj.recording.timeline import NAMED, arrow_strips, chunk_at, static, thin_lines
+from vrx_mj.recording.timeline import NAME_STYLE, arrow_strips, chunk_at, static, thin_lines
 from vrx_mj.recording.water_chunks import wake_looks, wake_path
 
 WAYPOINT_COLOR = (247, 62, 193)
 SHORE_COLOR = (157, 140, 103)
-UNSEEN = (30, 70, 94, 0)
+UNSEEN_COLOR = (30, 70, 94, 0)
 """Colour of points of no size, which are specks all the same: that of water."""
-QUANTITIES = ("speed", "heading", "course", "yaw", "roll", "pitch")
-"""What is plotted of the motion of boats."""
+PLOTTED = ("speed", "heading", "course", "yaw", "roll", "pitch")
+"""Plotted quantities of the motion of boats."""
 _WHITE = (1.0, 1.0, 1.0, 1.0)
-_DOT = [rr.Radius.ui_points(4.0)]
+_DOT_RADIUS = [rr.Radius.ui_points(4.0)]
 """Radius of dots in the colours of boats."""
 _BALL_COLOR = (40, 90, 255)
 LEGEND_PATH, NAMES, FEW_NAMES = "/boats", 7, 28
 """The entity of the boats' names, how many of them are in a line, and how many are few."""
 _SHORT_NAME = 6
-"""Characters of a name that has the place of one."""
+"""Number of characters of a name when all names are short."""
 _SHORE_HEIGHT = 0.15
 """Height of the shoreline [m], so that the sea does not hide it."""
+THRUST_COLOR = (252, 83, 47)
+_GONE_PLACE = (0.0, 0.0, -1e4)
+"""Where the frames of cameras go with a boat that leaves [m]: a camera without one is a mistake to the viewer."""
 
 
 def still_chunks(scene: RecordScene) -> Iterator[Chunk]:
@@ -44,7 +47,7 @@ def still_chunks(scene: RecordScene) -> Iterator[Chunk]:
     yield from _coming_chunks(scene)
     distances = math.hypot(*eyes.sea_eye(eyes.fleet_circle(scene)[1])), eyes.plan_eye(scene)[1]
     for path, distance in zip((eyes.FLEET, eyes.PLANNED), distances, strict=True):  # what the views follow
-        yield static(path, rr.Points3D(eyes.around(distance), colors=[UNSEEN], radii=[0.0]))
+        yield static(path, rr.Points3D(eyes.around(distance), colors=[UNSEEN_COLOR], radii=[0.0]))
     yield _legend_chunk(scene)
     yield from _place_chunks(scene)
     yield from _named_series(scene, [boat.name for boat in scene.boats()], scene.layout().thrusters)
@@ -116,7 +119,7 @@ def legend_spots(names: Collection[str]) -> list[tuple[float, int]]:
 def _legend_chunk(scene: RecordScene) -> Chunk:
     """The names of all boats in their colours, as a picture."""
     colors = scene.colors()
-    looks = {"labels": [*colors], "colors": [*colors.values()], "radii": _DOT, "show_labels": True}
+    looks = {"labels": [*colors], "colors": [*colors.values()], "radii": _DOT_RADIUS, "show_labels": True}
     return static(LEGEND_PATH, rr.Points2D(legend_spots(colors), **looks))
 
 
@@ -129,7 +132,7 @@ def _place_chunks(scene: RecordScene) -> Iterator[Chunk]:
         x, y, yaw = np.array(scene.parameters.waypoints).T
         spots, labels = np.column_stack([x, y, 0.0 * x]), [eyes.waypoint_name(i) for i in range(len(x))]
         yield static("/world/waypoints", rr.Points3D(spots, colors=[WAYPOINT_COLOR], radii=[0.6]))
-        yield static("/world/waypoints/names", rr.Points3D.from_fields(positions=spots, labels=labels, **NAMED))
+        yield static("/world/waypoints/names", rr.Points3D.from_fields(positions=spots, labels=labels, **NAME_STYLE))
         vectors = 4.0 * np.column_stack([np.cos(yaw), np.sin(yaw), 0.0 * x])
         arrows = rr.LineStrips3D(arrow_strips(spots, vectors), colors=[WAYPOINT_COLOR], radii=[0.15])
         yield static("/world/waypoints/headings", arrows)
@@ -141,7 +144,7 @@ def _named_series(
     """Names and colours of series of boats and (boat, thruster), in the plots' entities or in `own` ones under them."""
     colors = scene.colors()
     if boats:
-        for quantity in QUANTITIES:
+        for quantity in PLOTTED:
             labels = boats if quantity in ("speed", "heading") else [f"{boat} {quantity}" for boat in boats]
             lines = rr.SeriesLines(names=labels, colors=[colors[boat] for boat in boats], widths=1.5)
             yield static(f"/plots/{quantity}{own}", lines)
@@ -152,14 +155,9 @@ def _named_series(
 
 
 def series_shades(colors: Sequence[Rgb]) -> list[Rgb]:
-    """Of the series of one boat each in another shade."""
+    """Shades of the series of one boat, each another."""
     tones = [(0.27, 0.12, 0.18)[colors[:number].count(rgb) % 3] for number, rgb in enumerate(colors)]
     return [shade([share / 255.0 for share in rgb], tone) for rgb, tone in zip(colors, tones, strict=True)]
-
-
-THRUST_COLOR = (252, 83, 47)
-_GONE = (0.0, 0.0, -1e4)
-"""Where the frames of cameras go with a boat that leaves [m]: a camera without one is a mistake to the viewer."""
 
 
 def change_chunks(scene: RecordScene, before: RecordScene, first: RecordScene) -> Iterator[Chunk]:
@@ -168,7 +166,7 @@ def change_chunks(scene: RecordScene, before: RecordScene, first: RecordScene) -
     for body in (body for body in before.bodies if body.path not in kept):
         yield chunk_at(scene.begun, body.path, rr.Clear(recursive=True))
         if body.kind != "ball":
-            yield chunk_at(scene.begun, body.path, rr.Transform3D(translation=_GONE))
+            yield chunk_at(scene.begun, body.path, rr.Transform3D(translation=_GONE_PLACE))
     known = {body.path for body in before.bodies} | {part.path for part in before.parts}
     known |= {one.display.name for one in before.displays}
     yield from _coming_chunks(scene, known)
@@ -187,7 +185,7 @@ def _coming_chunks(scene: RecordScene, known: Collection[str] = ()) -> Iterator[
         if body.kind == "boat":
             yield from _joining_chunks(body, scene, heights.get(body.name, eyes.TAG_HEIGHT))
         elif body.kind == "ball":
-            yield static(body.path, rr.Points3D.from_fields(colors=[_BALL_COLOR], radii=_DOT))
+            yield static(body.path, rr.Points3D.from_fields(colors=[_BALL_COLOR], radii=_DOT_RADIUS))
         else:
             still = None if body.free else body.pose  # rows move the others
             yield from looks_chunks(body.path, still, body.surfaces, scene.begun)
@@ -208,9 +206,9 @@ def _joining_chunks(boat: RecordedBody, scene: RecordScene, height: float) -> It
         if thruster.boat == boat.name and thruster.surfaces:
             yield chunk_at(begun, f"{boat.path}/{thruster.name}/shape", _mesh(thruster.surfaces))
     spots = [[0.0, 0.0, eyes.TAG_HEIGHT], *eyes.around(math.hypot(*eyes.sea_eye(0.0)))]
-    dots = rr.Points3D(spots, colors=[rgb, UNSEEN, UNSEEN], radii=[*_DOT, 0.0, 0.0])
+    dots = rr.Points3D(spots, colors=[rgb, UNSEEN_COLOR, UNSEEN_COLOR], radii=[*_DOT_RADIUS, 0.0, 0.0])
     yield chunk_at(begun, f"{boat.path}/label", dots)
-    name = rr.Points3D.from_fields(positions=[(0.0, 0.0, height)], labels=[boat.name], **NAMED)
+    name = rr.Points3D.from_fields(positions=[(0.0, 0.0, height)], labels=[boat.name], **NAME_STYLE)
     yield chunk_at(begun, f"{boat.path}/label/name", name)
     yield static(f"/world/trails/{boat.name}", thin_lines(1.2))
     if scene.sea_height is not None:

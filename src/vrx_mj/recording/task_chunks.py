@@ -29,13 +29,13 @@ from vrx_mj.recording.eyes import names_apart
 from vrx_mj.recording.packing import pack_rows
 from vrx_mj.recording.parts import FRAMES
 from vrx_mj.recording.reader import RecordedFrame, SavedState
-from vrx_mj.recording.timeline import NAMED, arrow_strips, changes, numbers, static, thin_lines, times
+from vrx_mj.recording.timeline import NAME_STYLE, arrow_strips, changes, numbers, static, thin_lines, times
 from vrx_mj.runtime.subscriptions import Touch
 from vrx_mj.tasks import TASK_KINDS, make_referee
 from vrx_mj.tasks.courses import gate_between
 from vrx_mj.tasks.referee import Frame, FrameLayout, Pose, Referee, has_started, score_text
 
-_HEIGHT = 0.35
+_LIFT = 0.35
 """Height over the mean water of what is drawn [m], so that few waves hide it."""
 FATES: Mapping[str, Rgb] = {
     "next": (167, 140, 39),
@@ -59,9 +59,40 @@ LOST: Rgb = (130, 90, 90)
 AVOID, PATH, BEACON, _SHOWING = (255, 70, 60), (146, 129, 220), (247, 62, 193), (136, 143, 150)
 _GATES = "/world/course/gates"
 _ARROW_SHARE = 0.35
-"""Length of a gate's arrow, in widths of the gate."""
+"""Length of a gate's arrow, as a share of the gate's width."""
 _CORNERS = 48
-"""Corners of a circle."""
+"""Number of corners of a drawn circle."""
+STEPS = "/timeline"
+"""Phases, scores and touches as states."""
+PLOT = "/plots/task"
+"""Score and collisions."""
+WORDS = "/task"
+"""The entity of the task's status in words."""
+_PLOT_EVERY, _WORDS_EVERY, _DRIFT_EVERY = 0.5, 1.0, 5.0
+"""Least time between two points of the plot, two texts, and two places of gates whose buoys drift [s]."""
+_MIN_DRIFT = 0.5
+"""Least drift of a buoy for which its gate is drawn again [m]."""
+SCORE_COLOR, HITS_COLOR = (167, 140, 39), (252, 83, 47)
+_GATE_SIGNS = {"ahead": "·", "crossed": "✓", "missed": "–", "backwards": "✗"}
+"""Signs of gates in the text, by what became of them."""
+MARKS_PATH = "/marks"
+"""Entity of the marks."""
+MARK_KINDS: Mapping[str, tuple[tuple[int, int, int], str]] = {
+    "contacts": ((255, 70, 60), "cross"),
+    "gates passed": ((49, 162, 79), "up"),
+    "gates missed": ((98, 98, 106), "down"),
+    "score changes": ((167, 140, 39), "diamond"),
+}
+"""Colour and marker shape of each kind of mark."""
+_MARK_SIZE = 5.0
+"""Size of a mark [points]."""
+TOUCH_WORDS = "/world/forces"
+"""Entities of names and forces."""
+TOUCH_COLOR = shade((1.0, 0.0, 0.45))
+_MAX_ARROW, _HALF_FORCE = 5.0, 1000.0
+"""Length of an arrow that no force reaches [m], and the force whose arrow has half of it [N]."""
+_MIN_ARROW_TIME = 1.0
+"""Least simulated time for which an arrow is shown [s]."""
 
 
 def _animal_path(name: str) -> str:
@@ -96,7 +127,7 @@ def _course_chunks(parameters: Parameters) -> Iterator[Chunk]:
     if course.gates:
         labels = [str(gate.number) for gate in course.gates]
         yield static(_GATES, thin_lines(2.2))
-        yield static(f"{_GATES}/numbers", rr.Points3D.from_fields(labels=labels, **NAMED))
+        yield static(f"{_GATES}/numbers", rr.Points3D.from_fields(labels=labels, **NAME_STYLE))
     if isinstance(parameters.task, tasks.Dock):
         yield from _bay_chunks(parameters.task)
     for animal in course.animals:
@@ -112,15 +143,15 @@ def _gate_lines(left: Pose, right: Pose) -> list[FloatArray]:
     """A bar between a gate's buoys, and an arrow in the direction in which to cross it."""
     gate = gate_between(left, right)
     vector = _ARROW_SHARE * gate.width * np.array([math.cos(gate.yaw), math.sin(gate.yaw), 0.0])
-    bar = np.array([(left.x, left.y, _HEIGHT), (right.x, right.y, _HEIGHT)])
-    return [bar, *arrow_strips([(gate.x, gate.y, _HEIGHT)], [vector])]
+    bar = np.array([(left.x, left.y, _LIFT), (right.x, right.y, _LIFT)])
+    return [bar, *arrow_strips([(gate.x, gate.y, _LIFT)], [vector])]
 
 
 def _bay_chunks(task: tasks.Dock) -> Iterator[Chunk]:
     """The zones of bays, in the dock's frame: frames to stay in, dashed ones to back out to."""
     path, bays = _bays_path(task), task.bays
     inside, outside = (
-        [np.add(zone_corners(getattr(bay, zone)), (0.0, 0.0, _HEIGHT)) for bay in bays]
+        [np.add(zone_corners(getattr(bay, zone)), (0.0, 0.0, _LIFT)) for bay in bays]
         for zone in ("internal", "external")
     )
     yield static(path, thin_lines(1.8, strips=[_ring(ring) for ring in inside]))
@@ -129,12 +160,12 @@ def _bay_chunks(task: tasks.Dock) -> Iterator[Chunk]:
     yield static(f"{path}/external", thin_lines(1.2, strips=[*chain(*pieces)], colors=colors))
     labels = [f"{bay.name} {bay.symbol.replace('_', ' ')}" + (" ✓" if bay.dock_allowed else "") for bay in bays]
     spots = names_apart([ring.mean(axis=0) for ring in outside])
-    yield static(f"{path}/names", rr.Points3D.from_fields(positions=spots, labels=labels, **NAMED))
+    yield static(f"{path}/names", rr.Points3D.from_fields(positions=spots, labels=labels, **NAME_STYLE))
 
 
 def _circle(radius: float, goal: str) -> list[FloatArray]:
     """A circle round an animal, dashed where it is to be avoided, else with heads of arrows in the wanted sense."""
-    ring = _circle_at((0.0, 0.0, _HEIGHT), radius)
+    ring = _circle_at((0.0, 0.0, _LIFT), radius)
     if goal == "avoid":
         return [ring[i : i + 2] for i in range(0, _CORNERS, 2)]
     sense = 1.0 if goal == "circumnavigate_counterclockwise" else -1.0
@@ -144,24 +175,24 @@ def _circle(radius: float, goal: str) -> list[FloatArray]:
 def _barb(radius: float, angle: float, sense: float) -> FloatArray:
     """The head of an arrow along a circle."""
     back = angle - sense * 1.2 / radius
-    tail = [((radius + side) * math.cos(back), (radius + side) * math.sin(back), _HEIGHT) for side in (0.7, -0.7)]
-    return np.array([tail[0], (radius * math.cos(angle), radius * math.sin(angle), _HEIGHT), tail[1]])
+    tail = [((radius + side) * math.cos(back), (radius + side) * math.sin(back), _LIFT) for side in (0.7, -0.7)]
+    return np.array([tail[0], (radius * math.cos(angle), radius * math.sin(angle), _LIFT), tail[1]])
 
 
 def _places(course: Course) -> Iterator[Chunk]:
     """Paths of what swims, beacons, and places where things come up."""
     for path in course.paths:
-        strip = np.insert(_ring(path.points) if path.closed else path.points, 2, _HEIGHT, axis=1)
+        strip = np.insert(_ring(path.points) if path.closed else path.points, 2, _LIFT, axis=1)
         yield static(f"/world/course/paths/{path.name}", thin_lines(1.0, strips=_dashes(strip), colors=[PATH]))
     for beacon in course.beacons:
-        spot = (beacon.x, beacon.y, _HEIGHT)
+        spot = (beacon.x, beacon.y, _LIFT)
         arms = [[np.add(spot, (s, t, 0)), np.subtract(spot, (s, t, 0))] for s, t in ((1, 1), (1, -1))]
         around = [_circle_at(spot, beacon.radius)] if beacon.radius else []
         entity = f"/world/course/{beacon.name.replace(' ', '_')}"
         yield static(entity, thin_lines(2.0, strips=[*arms, *around], colors=[BEACON]))
-        yield static(f"{entity}/name", rr.Points3D.from_fields(positions=[spot], labels=[beacon.name], **NAMED))
+        yield static(f"{entity}/name", rr.Points3D.from_fields(positions=[spot], labels=[beacon.name], **NAME_STYLE))
     if course.showings:
-        spots = [(showing.x, showing.y, _HEIGHT) for showing in course.showings]
+        spots = [(showing.x, showing.y, _LIFT) for showing in course.showings]
         yield static("/world/course/showings", rr.Points3D(spots, colors=[_SHOWING], radii=[0.25]))
 
 
@@ -191,18 +222,6 @@ _Ends = Sequence[tuple[Pose, Pose]]
 _Fields = dict[str, Sequence[Any]]
 """Values of fields of an archetype."""
 
-STEPS = "/timeline"
-"""Phases, scores and touches as states."""
-PLOT = "/plots/task"
-"""Score and collisions."""
-WORDS = "/task"
-"""The entity of the task's status in words."""
-_PLOT_EVERY, _WORDS_EVERY, _DRIFT_EVERY = 0.5, 1.0, 5.0
-"""Least time between two points of the plot, two texts, and two places of gates whose buoys drift [s]."""
-_DRIFT = 0.5
-"""Least drift of a buoy for which its gate is drawn anew [m]."""
-SCORE_COLOR, HITS_COLOR = (167, 140, 39), (252, 83, 47)
-
 
 def task_chunks(parameters: Parameters) -> Iterator[Chunk]:
     """Every static chunk of the task of a world: its course, its plot's series, and the marks that it may have."""
@@ -215,9 +234,9 @@ def task_chunks(parameters: Parameters) -> Iterator[Chunk]:
         yield static(WORDS, rr.TextDocument.from_fields(media_type="text/markdown"))
     gates = any(parts_of(parameters.task, tasks.Gate))
     shown = {"contacts": True, "gates passed": gates, "gates missed": gates, "score changes": unit == "points"}
-    for kind, (color, shape) in KINDS.items():
+    for kind, (color, shape) in MARK_KINDS.items():
         if shown[kind]:
-            style = rr.SeriesPoints(names=[kind], colors=[color], markers=[shape], marker_sizes=[_SIZE])
+            style = rr.SeriesPoints(names=[kind], colors=[color], markers=[shape], marker_sizes=[_MARK_SIZE])
             yield static(_path_of(kind), style)
 
 
@@ -334,7 +353,7 @@ class TaskChunks:
         colors = [FATES["next" if number == following else fate] for number, fate in enumerate(self._fates)]
         ends = [(poses[gate.left], poses[gate.right]) for gate in self._gates]
         drawn = self._drawn
-        if drawn and drawn[1] == colors and (time - drawn[0] < _DRIFT_EVERY or _drift(drawn[2], ends) < _DRIFT):
+        if drawn and drawn[1] == colors and (time - drawn[0] < _DRIFT_EVERY or _drift(drawn[2], ends) < _MIN_DRIFT):
             return
         self._drawn = (time, colors, ends)
         strips = [_gate_lines(*pair) for pair in ends]
@@ -382,10 +401,6 @@ def _drift(before: _Ends, now: _Ends) -> float:
     """The longest way that a buoy has drifted [m]."""
     pairs = zip(chain.from_iterable(before), chain.from_iterable(now), strict=True)
     return max((math.dist((a.x, a.y), (b.x, b.y)) for a, b in pairs), default=0.0)
-
-
-_GATE_SIGNS = {"ahead": "·", "crossed": "✓", "missed": "–", "backwards": "✗"}
-"""Signs of gates in the text, by what became of them."""
 
 
 def words(referee: Referee) -> str:
@@ -437,31 +452,12 @@ def _in_dock(progress: Mapping[str, Any]) -> Iterator[str]:
         yield "colours sent " + " ".join(progress["colors"])
 
 
-MARKS = "/marks"
-KINDS: Mapping[str, tuple[tuple[int, int, int], str]] = {
-    "contacts": ((255, 70, 60), "cross"),
-    "gates passed": ((49, 162, 79), "up"),
-    "gates missed": ((98, 98, 106), "down"),
-    "score changes": ((167, 140, 39), "diamond"),
-}
-"""Colour and marker shape of each kind of mark."""
-_SIZE = 5.0
-"""Size of a mark [points]."""
 _MARK: _Fields = {"scalars": [0.0]}
 
 
 def _path_of(kind: str) -> str:
     """The entity of marks of a kind."""
-    return f"{MARKS}/{kind.replace(' ', '_')}"
-
-
-TOUCH_WORDS = "/world/forces"
-"""Entities of names and forces."""
-TOUCH_COLOR = shade((1.0, 0.0, 0.45))
-_LONGEST, _TYPICAL = 5.0, 1000.0
-"""Length of an arrow [m] that no force reaches, and the force [N] whose arrow has half of it."""
-_SHORTEST = 1.0
-"""Simulated time for which an arrow is seen, at least [s]."""
+    return f"{MARKS_PATH}/{kind.replace(' ', '_')}"
 
 
 def touch_chunks(touches: Sequence[Touch]) -> Iterator[Chunk]:
@@ -473,12 +469,12 @@ def touch_chunks(touches: Sequence[Touch]) -> Iterator[Chunk]:
         if touch.point is None or touch.vector is None:
             continue
         path = f"/world/touches/{touch.boat}/{touch.other}"
-        time = [touch.time, touch.time + max(touch.duration, _SHORTEST)]
-        vector = np.array(touch.vector) * _LONGEST / (touch.force + _TYPICAL)
+        time = [touch.time, touch.time + max(touch.duration, _MIN_ARROW_TIME)]
+        vector = np.array(touch.vector) * _MAX_ARROW / (touch.force + _HALF_FORCE)
         yield static(path, rr.LineStrips3D.from_fields(colors=[TOUCH_COLOR], radii=[0.16]))
         yield changes(path, time, rr.LineStrips3D, strips=[[*arrow_strips([touch.point], [vector])], []])
         said = f"{TOUCH_WORDS}/{touch.boat}/{touch.other}"
-        yield static(said, rr.Points3D.from_fields(**NAMED))
+        yield static(said, rr.Points3D.from_fields(**NAME_STYLE))
         label = f"{touch.boat} touches {touch.other}, {touch.force:.0f} N"
         yield changes(said, time, rr.Points3D, positions=[[touch.point + vector], []], labels=[[label], []])
         steps = f"{STEPS}/{touch.boat}/{touch.other}"

@@ -19,7 +19,7 @@ from vrx_mj.draw import style
 from vrx_mj.physics.kernel import kernel
 
 TIMELINE = "sim_time"
-NAMED: Mapping[str, Any] = {"colors": [style.LABEL], "radii": [0.0], "show_labels": True}
+NAME_STYLE: Mapping[str, Any] = {"colors": [style.LABEL], "radii": [0.0], "show_labels": True}
 """Looks of points that are names."""
 ARROW = np.array([(0.0, 0.0), (1.0, 0.0), (0.76, 0.2), (1.0, 0.0), (0.76, -0.2)])
 """An arrow as a line, along and across, in its lengths."""

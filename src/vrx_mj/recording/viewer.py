@@ -26,7 +26,7 @@ _PAGE_PORT, _DATA_PORT = 9090, 9876
 _MEMORY, _MEMORY_RATIO = 500_000_000, 3
 """What the server keeps for pages that are opened later, and of files by size [bytes]; the oldest goes first."""
 _START_TIMEOUT = 20.0
-"""Wall time [s] that starting may take."""
+"""Longest wall time that starting may take [s]."""
 _POLICY = (
     "default-src 'self' data: blob:; script-src 'self' 'unsafe-inline' 'wasm-unsafe-eval'; "
     "style-src 'self' 'unsafe-inline'; connect-src 'self' data: blob: {data}; form-action 'none'"

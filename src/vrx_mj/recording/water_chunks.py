@@ -19,7 +19,7 @@ from vrx_mj.recording.timeline import Held, Ticker, chunk_at, numbers, static
 
 TRAIL_RATE = 1.0
 """Pieces of a trail [Hz]."""
-FASTEST = 3.0
+MAX_COLOR_SPEED = 3.0
 """Speed of the last colour of a trail [m/s]; the first is that of a boat at rest."""
 _SPEED_COLORS = (203, 70, 121), (229, 108, 91), (248, 149, 64), (253, 197, 39), (240, 249, 33)
 """Colours of a trail, evenly spaced over the speed: the light part of the map plasma (Smith and van der Walt, 2015)."""
@@ -27,12 +27,26 @@ _SEA_FRAMES = 256
 """Pictures of the sea in one chunk: 4 MB."""
 LEAD = 0.4
 """When a picture of the sea is right, in shares of its time: half-way from its first shown moment to its last."""
-_MOVED = 8.0
-"""How far a boat goes before the cells are laid anew [m]."""
-_LEAN = 1e-3
-"""How much further along x each row of vertices begins [m]."""
+_RELAID = 8.0
+"""Distance that a boat moves before the cells are laid again [m]."""
+_ROW_SHIFT = 1e-3
+"""Shift along x of each row of vertices from the one before [m]."""
 SUNK = 1.0
-"""How much lower the fleet's mesh is under hulls, in standard deviations of the sea."""
+"""Depth of the fleet's mesh under hulls, in standard deviations of the sea."""
+_WAKE_RATE = 1.5
+"""Rate of the points that a boat leaves [Hz]."""
+WAKE_POINTS = 20
+"""Number of points of a wake, the boat's place included."""
+_WAKE_STEPS = np.tile([1.0 / 128.0, 1.0 / 128.0, sea.STEP], 2 * WAKE_POINTS)
+"""Steps to which both sides of points are rounded [m]."""
+WAKE_WIDTHS = (0.7, 1.3)
+"""Width of a wake at the boat and behind it [m]."""
+_MIN_WAY = 1.0
+"""Distance between two points below which a wake is narrower [m]: a boat that hardly moves makes no foam."""
+_FOAM = sea.packed_colors(sea.ramp([(214, 232, 240), (94, 134, 156), (36, 76, 99)], np.linspace(0.0, 1.0, WAKE_POINTS)))
+"""Colours of a wake from the boat to its end, where it is nearly that of the sea."""
+HEIGHTS = (0.04, 0.15)
+"""Height of a wake over the drawn sea [m], and more in standard deviations of the sea: cells are flat."""
 
 
 class HullWater(NamedTuple):
@@ -63,7 +77,7 @@ class WaterChunks:
     @property
     def fast(self) -> bool:
         """Whether the sea moves so fast that it is shown at every row."""
-        return self._swell is not None and self._swell.speed > sea.FAST
+        return self._swell is not None and self._swell.speed > sea.FAST_SURFACE
 
     def keep(self, boats: Sequence[RecordedBody], height: SeaHeight | None) -> None:
         """Go on with these boats, and forget all others; measure the sea, once. `height` None: it is not shown."""
@@ -144,7 +158,7 @@ class WaterChunks:
             sunk = np.where(grid.near(poses[frames, :, :2], reach), SUNK * swell.deviation, 0.0)
             _, z = self._heights(z - sunk)
             drawn[path].append((time[frames], mesh_points(grid.x, grid.y, z), sea.colors(bright, grid.haze)))
-            height = grid.heights_at(z + sunk, wakes[frames]) + OVER[0] + OVER[1] * swell.deviation
+            height = grid.heights_at(z + sunk, wakes[frames]) + HEIGHTS[0] + HEIGHTS[1] * swell.deviation
             drawn["hulls"].append((height, grid.heights_at(bright, patches[frames])))
         height, bright = map(np.concatenate, zip(*drawn.pop("hulls"), strict=True))
         for path, parts in drawn.items():
@@ -177,9 +191,9 @@ class WaterChunks:
         """Spans of places (n, boats, 2) [m], each with its cells, which are laid anew when a boat has gone some way."""
         begin = 0
         while begin < len(places):
-            if self._laid.shape != places[begin].shape or np.abs(places[begin] - self._laid).max() > _MOVED:
+            if self._laid.shape != places[begin].shape or np.abs(places[begin] - self._laid).max() > _RELAID:
                 self._laid, self._heights, self._bright = places[begin], Held(sea.STEP, keep=1.0), sea.shades()
-            gone = np.abs(places[begin:] - self._laid).max(axis=(1, 2)) > _MOVED
+            gone = np.abs(places[begin:] - self._laid).max(axis=(1, 2)) > _RELAID
             end = begin + int(np.argmax([*gone, True]))
             yield slice(begin, end), sea.grid_around(self._laid)
             begin = end
@@ -204,7 +218,7 @@ def ribbons(places: FloatArray, left: FloatArray) -> FloatArray:
     points = np.concatenate([places[:, None], left], axis=1)
     way = points - np.concatenate([left[:, 1:2], left[:, 1:], left[:, -1:], left[:, -1:]], axis=1)[:, : points.shape[1]]
     way[:, -1] = way[:, -2]
-    across = way[..., ::-1] * (-0.5, 0.5) / np.maximum(np.hypot(way[..., 0], way[..., 1]), _SLOW)[..., None]
+    across = way[..., ::-1] * (-0.5, 0.5) / np.maximum(np.hypot(way[..., 0], way[..., 1]), _MIN_WAY)[..., None]
     across[:, 0] *= WAKE_WIDTHS[0]
     across[:, 1:] *= WAKE_WIDTHS[1]
     return np.stack([points - across, points + across], axis=2)
@@ -216,13 +230,13 @@ def mesh_points(x: FloatArray, y: FloatArray, z: FloatArray) -> npt.NDArray[np.f
     Lines along y lean by a hair: where no two vertices have the same x, LZ4 finds each in the frame before, and a
     recording's sea is half as large.
     """
-    leaning = x + _LEAN * np.arange(len(y))[:, None]
+    leaning = x + _ROW_SHIFT * np.arange(len(y))[:, None]
     return np.stack(np.broadcast_arrays(leaning, y[:, None], z), axis=-1).astype(np.float32)
 
 
 def speed_colors(speed: FloatArray) -> ByteArray:
     """Colours (n, 3) of speeds (n,) [m/s], in sixteen steps."""
-    share = np.round(15.0 * np.clip(speed / FASTEST, 0.0, 1.0)) / 15.0
+    share = np.round(15.0 * np.clip(speed / MAX_COLOR_SPEED, 0.0, 1.0)) / 15.0
     return sea.ramp(_SPEED_COLORS, share).astype(np.uint8)
 
 
@@ -239,19 +253,3 @@ def wake_path(boat: str) -> str:
 def wake_looks() -> rr.Mesh3D:
     """Triangles and colours of a wake, through both sides of its points from the boat on."""
     return rr.Mesh3D.from_fields(triangle_indices=sea.triangles(WAKE_POINTS, 2), vertex_colors=_FOAM.repeat(2))
-
-
-_WAKE_RATE = 1.5
-"""Points that a boat leaves [Hz]."""
-WAKE_POINTS = 20
-"""Points of a wake, the boat's place included."""
-_WAKE_STEPS = np.tile([1.0 / 128.0, 1.0 / 128.0, sea.STEP], 2 * WAKE_POINTS)
-"""What both sides of points are rounded to [m]."""
-WAKE_WIDTHS = (0.7, 1.3)
-"""Width of a wake at the boat and behind it [m]."""
-_SLOW = 1.0
-"""Way between two points under which a wake is narrower [m]: a boat that hardly moves makes no foam."""
-_FOAM = sea.packed_colors(sea.ramp([(214, 232, 240), (94, 134, 156), (36, 76, 99)], np.linspace(0.0, 1.0, WAKE_POINTS)))
-"""Colours of a wake from the boat to its end, where it is nearly that of the sea."""
-OVER = (0.04, 0.15)
-"""Height of a wake over the drawn sea [m], and more in standard deviations of the sea: cells are flat."""

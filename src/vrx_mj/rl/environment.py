@@ -44,6 +44,12 @@ _TRIES = 20
 """Places that are tried in a step; a boat that finds none waits for the next."""
 _NEVER = 1 << 62
 """Step in which a boat leaves that does not."""
+BOUND = 5.0
+"""Observations are clipped to this either way, in their units."""
+LEAST_LEFT = 100
+"""Steps, at least, that a lost boat is taken to have left: 10 s."""
+_SPACING = 12.0
+"""Distance between boats where a fleet is compiled [m]; problems but `Score` put them elsewhere."""
 
 
 class LostBoats:
@@ -163,12 +169,6 @@ class Roster:
 Floats32 = npt.NDArray[np.float32]
 Info = dict[str, Any]
 """Facts about a step or an episode, as Gymnasium's `info`."""
-BOUND = 5.0
-"""Observations are clipped to this either way, in their units."""
-LEAST_LEFT = 100
-"""Steps, at least, that a lost boat is taken to have left: 10 s."""
-_SPACING = 12.0
-"""Distance between boats where a fleet is compiled [m]; problems but `Score` put them elsewhere."""
 
 
 class TeamOptions(NamedTuple):
@@ -186,11 +186,11 @@ class Outcome(NamedTuple):
     """What a step returned, (n, boats) each unless another shape is given."""
 
     observation: Floats32
-    """(n, boats, features)."""
+    """Observations, (n, boats, features)."""
     own: FloatArray
     """Reward of each boat."""
     shared: FloatArray
-    """(n,): reward of the team."""
+    """Reward of the team, (n,)."""
     ended: BoolArray
     """Which boats have solved or lost the problem, or are lost."""
     cut: BoolArray
@@ -198,7 +198,7 @@ class Outcome(NamedTuple):
     acted: BoolArray
     """Which boats these numbers belong to."""
     idle: BoolArray
-    """(n,): which rows began an episode instead."""
+    """Rows that began an episode instead, (n,)."""
     losses: dict[str, BoolArray]
     """`sunk` and `capsized`, which boats are lost, and `diverged`, (n,), rows with a state that is not finite."""
     facts: dict[str, npt.NDArray[Any]]

@@ -32,6 +32,18 @@ _MOST_NEIGHBOURS = 10_000
 """Greatest number of neighbours that are observed."""
 _LONGEST_DELAY = 3600.0
 """Longest delay of what boats observe of each other [s]."""
+_GREATEST = 1e6
+"""Greatest value of anything that is varied, in its unit."""
+_PERIODS = (0.8, 1.4)
+"""Factor of the waves' periods by default: from 4 to 7 s where the world has 5."""
+_BAND = (0.5, 1.2)
+"""Factor of the width of the waves' band by default."""
+_SPREAD = (0.0, 1.5)
+"""Factor of the spread of the waves' directions by default."""
+_FULL_TURN = (-np.pi, np.pi)
+"""Any direction or phase [rad]."""
+_LEAST = {"wave_direction": -_GREATEST, "wave_phase": -_GREATEST, "mass": 1e-3, "wave_period": 1e-3}
+"""Least values of what is varied where they are not 0."""
 
 
 class ActionError(gymnasium.error.InvalidAction, AssertionError):
@@ -184,23 +196,11 @@ Seeds = int | Sequence[int | None] | None
 Range = float | Sequence[float] | None
 """A number, or the least and the greatest of which one is drawn evenly; None: as the world has it."""
 
-_GREATEST = 1e6
-"""Greatest value of anything that is varied, in its unit."""
-_PERIODS = (0.8, 1.4)
-"""Factor of the waves' periods by default: from 4 to 7 s where the world has 5."""
-_BAND = (0.5, 1.2)
-"""Factor of the width of the waves' band by default."""
-_SPREAD = (0.0, 1.5)
-"""Factor of the spread of the waves' directions by default."""
-_FULL_TURN = (-np.pi, np.pi)
-"""Any direction or phase [rad]."""
 VARIED: Mapping[str, Range] = {
     "wind_speed": None, "gusts": None, "waves": None, "wave_period": _PERIODS, "wave_band": _BAND,
     "wave_direction": _FULL_TURN, "wave_spread": _SPREAD, "wave_phase": _FULL_TURN, "mass": None, "thrust": None,
 }  # fmt: skip
 """What can be varied, and its range by default."""
-_LEAST = {"wave_direction": -_GREATEST, "wave_phase": -_GREATEST, "mass": 1e-3, "wave_period": 1e-3}
-"""Least values of what is varied where they are not 0."""
 
 
 class Generators:

@@ -16,12 +16,16 @@ from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Thruster
 from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.batch import Batch
-from vrx_mj.runtime.commands import ANGLE
+from vrx_mj.runtime.commands import ANGLE_SUFFIX
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.sensors.sea import wave_table
 
 _HEIGHT = 0.1
 """Height of a boat's origin over the water where it joins [m]."""
+CLEAR = 6.0
+"""Distance between two boats' origins below which they are too near [m]; a WAM-V is 4.9 m long."""
+LOSS = 20.0
+"""Reward that a boat forfeits by sinking or capsizing, at least."""
 
 
 class RefereedRow:
@@ -36,7 +40,7 @@ class RefereedRow:
         given = [(boat, name) for boat in self.boats for name in self.sim.command_names(boat)]
         limits = {channel: _limits(known, *channel) for channel in given}
         useful = [channel for channel in given if any(limits[channel])]  # a fixed thruster's angle changes nothing
-        self.channels = tuple(sorted(useful, key=lambda channel: channel[1].endswith(ANGLE)))
+        self.channels = tuple(sorted(useful, key=lambda channel: channel[1].endswith(ANGLE_SUFFIX)))
         self.largest = np.array([limits[channel] for channel in self.channels])
 
     @property
@@ -46,7 +50,7 @@ class RefereedRow:
 
     @property
     def features(self) -> FloatArray:
-        """(1, boats, 13): position, quaternion, velocity and angular velocity of every boat."""
+        """Position, quaternion, velocity and angular velocity of every boat, (1, boats, 13)."""
         seen = self.sim.observe()
         parts = (
             (seen[boat].position, seen[boat].quaternion, seen[boat].velocity, seen[boat].angular_velocity)
@@ -56,17 +60,17 @@ class RefereedRow:
 
     @property
     def wind(self) -> FloatArray:
-        """(1, 2): the wind's velocity [m/s], along x and y."""
+        """The wind's velocity along x and y, (1, 2) [m/s]."""
         return np.asarray(self.sim.wind.velocity(self.sim.time))[None, :2]
 
     @property
     def time(self) -> FloatArray:
-        """(1,) [s]."""
+        """Simulated time, (1,) [s]."""
         return np.array([self.sim.time])
 
     @property
     def qpos(self) -> FloatArray:
-        """(1, nq): the positions of MuJoCo's model."""
+        """Positions of MuJoCo's model, (1, nq)."""
         return np.asarray(self.sim.data.qpos)[None]
 
     def waves(self, row: int) -> Table:
@@ -112,7 +116,7 @@ def _limits(known: dict[tuple[str, str], Thruster], boat: str, name: str) -> tup
     """The least and the greatest command that changes anything."""
     thruster = known.get((boat, name))
     if thruster is None:
-        greatest = known[boat, name.removesuffix(ANGLE)].max_angle
+        greatest = known[boat, name.removesuffix(ANGLE_SUFFIX)].max_angle
         return -greatest, greatest
     return thruster.command_limits
 
@@ -123,10 +127,6 @@ Rows = Batch | RefereedRow
 
 Spot = tuple[float, float, float, float]
 """Where a boat starts: x, y [m], heading [rad], and surge velocity [m/s]."""
-CLEAR = 6.0
-"""Distance between two boats' origins below which they are too near [m]; a WAM-V is 4.9 m long."""
-LOSS = 20.0
-"""Reward that a boat forfeits by sinking or capsizing, at least."""
 
 
 class Entry(NamedTuple):
@@ -170,9 +170,9 @@ class Team(NamedTuple):
     yaw: FloatArray
     """Heading, counter-clockwise from x [rad]."""
     motion: FloatArray
-    """(n, boats, 7): quaternion (w, x, y, z), and velocity in the boat's axes [m/s]."""
+    """Quaternion (w, x, y, z), and velocity in the boat's axes [m/s], (n, boats, 7)."""
     own: FloatArray
-    """(n, boats, 9): the entries `OWN`, in SI units."""
+    """The entries `OWN`, (n, boats, 9), in SI units."""
     present: BoolArray
     """Which boats are in the water; the others' numbers mean nothing."""
 
@@ -201,11 +201,11 @@ class Judged(NamedTuple):
     """What a step was worth."""
 
     own: FloatArray
-    """(n, boats): the reward of each boat."""
+    """Reward of each boat, (n, boats)."""
     ended: BoolArray
-    """(n, boats): which boats have solved, or lost, the problem."""
+    """Boats that have solved, or lost, the problem, (n, boats)."""
     team: FloatArray | None = None
-    """(n,): the reward of the team; None: the mean of the boats' rewards."""
+    """Reward of the team, (n,); None is the mean of the boats' rewards."""
 
     def team_reward(self, who: BoolArray) -> FloatArray:
         """The reward of the team, (n,), of which these boats, (n, boats), are present."""
@@ -318,7 +318,7 @@ def mean_of(values: FloatArray, who: BoolArray) -> FloatArray:
 
 
 def boats_too_near(team: Team, distance: float = CLEAR) -> BoolArray:
-    """(n, boats): which boats are nearer than `distance` [m] to another one."""
+    """Boats that are nearer than `distance` [m] to another one, (n, boats)."""
     gaps = np.hypot(team.x[:, :, None] - team.x[:, None], team.y[:, :, None] - team.y[:, None])
     both = team.present[:, :, None] & team.present[:, None] & ~np.eye(team.x.shape[1], dtype=np.bool_)
     return np.asarray(((gaps < distance) & both).any(axis=2))

@@ -35,20 +35,37 @@ from vrx_mj.runtime.run import Controller
 from vrx_mj.runtime.simulation import Simulation
 
 _CALLER = "/vrx_mj"
-"""The node that a ROS 1 bag names as the sender of its messages."""
+"""Node that a ROS 1 bag names as the sender of its messages."""
 _CHUNK = 1 << 20
 """Size of a chunk of a ROS 1 bag [bytes]; those of MCAP are as large."""
 _NEVER = 1 << 62
-_HEAD_FIELDS = 13 + 4 + 69
-"""Where the padding of a bag's first record begins, with its length: after the file's mark, and the record's fields."""
+"""A time after all others [ns]."""
+_HEAD_PADDING = 13 + 4 + 69
+"""Position of the padding of a bag's first record, with its length: after the file's mark and the record's fields."""
 _HEAD_SIZE = 4096 - 69
 """Bytes of padding in a bag's first record, as `rosbag` has it."""
-_WIDER = 8
+_LENGTH_BYTES = 8
 """Bytes that rosbags takes off the padding: the lengths of the fields and of the padding itself."""
 _ROS1_MAGIC, _MCAP_MAGIC = b"#ROSBAG V", b"\x89MCAP0\r\n"
+"""First bytes of a ROS 1 bag, and of an MCAP file."""
 _VERSION: Final = 9
 """Version of rosbag2's metadata."""
 KINDS = "a .bag file (ROS 1), an .mcap file, or a folder with no extension (rosbag2)"
+"""Kinds of bags, in messages."""
+HEAVY_TYPES = frozenset(
+    {"sensor_msgs/CompressedImage", "sensor_msgs/Image", "sensor_msgs/PointCloud2", "vision_msgs/Detection2DArray"}
+)
+"""Types that are recorded only by name: measuring them takes most of a run's time, and most of a file."""
+FLUSH_PERIOD = 1.0
+"""Longest wall time until what was published is on the disk [s]."""
+FIRST = 1
+"""Earliest time that ROS's tools play [ns]: they take 0 for no time at all."""
+_LOG, _LOG_TOPIC = "rosgraph_msgs/Log", "/rosout"
+"""Type and topic of log messages."""
+_LEVELS = {"INFO": 2, "WARN": 4, "ERROR": 8}
+"""Levels of rosgraph_msgs/Log."""
+COMMAND_TYPE = "std_msgs/Float32"
+"""Type of the commands of thrusters."""
 
 
 class BagFile(ABC):
@@ -146,7 +163,7 @@ class Ros1File(BagFile):
         assert self._writer.bio is not None
         _widen(self._writer.bio)
         self._writer.bio.seek(0, os.SEEK_END)
-        self._writer.bio.write(b" " * _WIDER)
+        self._writer.bio.write(b" " * _LENGTH_BYTES)
 
     def write(self, topic: str, type_name: str, message: Message, time: int, *, latched: bool) -> int:
         """Add a message of a moment [ns]; returns its size [bytes]."""
@@ -217,7 +234,7 @@ class Ros2File(BagFile):
 
 def _widen(file: BinaryIO) -> None:
     """Have the bag's first record be as long as `rosbag` makes it, which writes it anew when it mends a bag."""
-    file.seek(_HEAD_FIELDS)
+    file.seek(_HEAD_PADDING)
     file.write(struct.pack("<I", _HEAD_SIZE))
 
 
@@ -253,18 +270,6 @@ def _ros2_message(message: Message, type_name: str) -> Message:
     """What a message of the table is in ROS 2 where its type has other fields there."""
     its_type, convert = CONVERSIONS.get(type_name, ("", None))
     return convert(message) if convert and its_type == type_name else message
-
-
-HEAVY = frozenset(
-    {"sensor_msgs/CompressedImage", "sensor_msgs/Image", "sensor_msgs/PointCloud2", "vision_msgs/Detection2DArray"}
-)
-"""Types that are recorded only where they are named: measuring them takes most of a run's time, and most of a file."""
-FLUSH = 1.0
-"""Wall time after which what was published is on the disk [s]."""
-FIRST = 1
-"""The earliest moment that ROS's tools play [ns]: they take 0 for no time at all."""
-_LOG, _LOG_TOPIC = "rosgraph_msgs/Log", "/rosout"
-_LEVELS = {"INFO": 2, "WARN": 4, "ERROR": 8}
 
 
 class Bag:
@@ -311,9 +316,9 @@ class Bag:
         for pattern, found in named.items():
             if not found and not self._wanted:  # later a boat may have left
                 raise UnknownNameError(
-                    "topic", pattern, [one.name for one in table.outputs.values() if one.type in HEAVY]
+                    "topic", pattern, [one.name for one in table.outputs.values() if one.type in HEAVY_TYPES]
                 )
-        light = {output.name for output in table.outputs.values() if output.type not in HEAVY}
+        light = {output.name for output in table.outputs.values() if output.type not in HEAVY_TYPES}
         self._wanted = frozenset(light.union(*named.values()))
         twice = sorted(name for name in self._wanted if f"{name}/compressed" in self._wanted)
         if twice:
@@ -336,7 +341,7 @@ class Bag:
         for output, message, moment in batch:
             if output.name in self._wanted:
                 self.write(output.name, output.type, message, moment, latched=output.latched)
-        if time.monotonic() > self._flushed + FLUSH:
+        if time.monotonic() > self._flushed + FLUSH_PERIOD:
             with self._writing():
                 self._file.flush()
             self._flushed = time.monotonic()
@@ -391,7 +396,6 @@ class Bag:
             raise RecordError(f"cannot write the bag '{self.path}': {reason}") from error
 
 
-COMMAND = "std_msgs/Float32"
 _Advance = Callable[[int], None]
 
 
@@ -440,4 +444,4 @@ def _write_commands(bag: Bag, boat: str, names: Sequence[str], given: object, ti
     if isinstance(given, Mapping):
         for name in names:
             if isinstance(given.get(name), Real):
-                bag.write(command_topic(boat, name), COMMAND, new(COMMAND, data=float(given[name])), time)
+                bag.write(command_topic(boat, name), COMMAND_TYPE, new(COMMAND_TYPE, data=float(given[name])), time)

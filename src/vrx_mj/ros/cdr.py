@@ -19,6 +19,7 @@ from vrx_mj.ros import messages
 from vrx_mj.ros.messages import FieldDesc, Message, full_name
 
 DEFINITIONS = Path(__file__).parent / "definitions_ros2"
+"""Folder of the definitions of ROS 2's types."""
 _AS_IN_ROS_1 = tuple(
     messages.DEFINITIONS / name
     for name in (
@@ -26,10 +27,11 @@ _AS_IN_ROS_1 = tuple(
         "robot_localization/FromLL.srv", "robot_localization/ToLL.srv", "vision_msgs/Detection2DArray.msg",
     )
 )  # fmt: skip
+"""Definitions that are those of ROS 1."""
 _ENCODINGS = (b"\x00\x00", b"\x00\x01")
 """Big-endian and little-endian."""
-_HEAD = 4
-"""Bytes before a message."""
+_HEADER_SIZE = 4
+"""Size of the header of a message [bytes]."""
 
 
 @cache
@@ -69,11 +71,11 @@ def decode(raw: bytes, type_name: str) -> Message:
         CommandError: they are no such message.
     """
     try:
-        if raw[:2] not in _ENCODINGS or len(raw) < _HEAD:
-            raise ValueError(f"they begin with {raw[:_HEAD].hex(' ')}, which is not plain CDR")
+        if raw[:2] not in _ENCODINGS or len(raw) < _HEADER_SIZE:
+            raise ValueError(f"they begin with {raw[:_HEADER_SIZE].hex(' ')}, which is not plain CDR")
         read = typestore().get_msgdef(full_name(type_name))
         parse = read.deserialize_cdr_le if raw[1] else read.deserialize_cdr_be
-        return parse(memoryview(raw)[_HEAD:], 0, read.cls, typestore())[0]
+        return parse(memoryview(raw)[_HEADER_SIZE:], 0, read.cls, typestore())[0]
     except Exception as error:  # rosbags raises what numpy and struct raise
         raise CommandError(f"{len(raw)} bytes are not a {type_name}: {error}") from error
 

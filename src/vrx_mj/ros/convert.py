@@ -13,7 +13,7 @@ from vrx_mj.errors import RecordError
 from vrx_mj.recording.boat_sets import BoatSet, columns_in
 from vrx_mj.recording.reader import Event, Record, RecordedReadings, SavedState, read_readings, read_record
 from vrx_mj.recording.simulation_scene import check_columns
-from vrx_mj.ros.bags import COMMAND, Bag
+from vrx_mj.ros.bags import COMMAND_TYPE, Bag
 from vrx_mj.ros.interface import Output
 from vrx_mj.ros.messages import Message, encode, new
 from vrx_mj.ros.parameters import command_topic
@@ -27,14 +27,15 @@ from vrx_mj.runtime.timing import Schedule
 _Progress = Callable[[float, float], None]
 """Takes the recorded time that is reached and that of the end [s]."""
 _ANGLE = "_angle"
-"""Ends the name of a command that turns an engine."""
+"""Suffix of the command of an engine's angle."""
 _ROW_RATE = 1e3
 """Rate of `/clock` [Hz]: above that of rows, so that each row has one."""
 _ODOMETRY, _ODOMETRY_RATE = "nav_msgs/Odometry", 10.0
+"""Type of odometry, and its rate [Hz]."""
 _P3D = "sensors/position/p3d_wamv"
-"""VRX's topic of where a boat really is, for one that has no such sensor."""
-_KEPT = 2
-"""Boat sets whose simulation is kept: rows and states of two alternate where boats come or go."""
+"""VRX's topic of a boat's true position, for a boat without that sensor."""
+_KEPT_SIMULATIONS = 2
+"""Number of boat sets whose simulation is kept: rows and states of two alternate where boats come or go."""
 
 
 def convert(source: str | Path, target: str | Path, progress: _Progress | None = None) -> int:
@@ -191,7 +192,7 @@ class Conversion:
                 self._write(topic, _ODOMETRY, _odometry(segment.bodies, boat, time), time)
         for boat in segment.moment.boats:
             for name, value in segment.moment.commands(boat):
-                self._write(command_topic(boat, name), COMMAND, new(COMMAND, data=value), time)
+                self._write(command_topic(boat, name), COMMAND_TYPE, new(COMMAND_TYPE, data=value), time)
 
     def _write_state(self, saved: SavedState, time: float) -> None:
         world = State.from_bytes(saved.blob).world
@@ -236,7 +237,7 @@ class Conversion:
         name = boat_set.world_sha256
         segment = self._known.pop(name, None) or _outputs_of(self._recorded, boat_set)
         self._known[name] = segment
-        while len(self._known) > _KEPT:
+        while len(self._known) > _KEPT_SIMULATIONS:
             del self._known[next(iter(self._known))]
         return segment
 

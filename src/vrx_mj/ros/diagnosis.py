@@ -20,24 +20,46 @@ if TYPE_CHECKING:  # they need the extra ros1, and `vrx-mj doctor` does not
 
 
 _CMD_VEL = "/cmd_vel"
-_KNOWN = ("/thrusters/", _CMD_VEL, "/shooters/", "/set_pinger_position", "/shuffle", "/swarm/", "/vrx/")
-"""What a topic has in it that is meant for the simulation, however far from its topics it is."""
-_OF_WORLDS = ("/vrx/", "/swarm/")
+"""End of the topics of velocity commands."""
+_OUR_PARTS = ("/thrusters/", _CMD_VEL, "/shooters/", "/set_pinger_position", "/shuffle", "/swarm/", "/vrx/")
+"""Parts of topics that are meant for the simulation, however different they are from its own."""
+_WORLD_TOPICS = ("/vrx/", "/swarm/")
+"""First parts of the topics of worlds."""
 _MOST_HINTS = 4096
+"""Largest number of topics for which hints are kept."""
 
 _LEAST_ALIKE = 0.71
-"""How alike a topic must be to be meant: the share of common letters, and what follows."""
+"""Least likeness of a topic that is probably meant: the share of common letters, and the terms below."""
 _SAME_WORDS = 0.72
 """Least likeness of a topic that has all words of another."""
 _NAMED_BOAT = 0.2
-"""What it adds that the boat's name is the same; less for a similar name."""
+"""Term if the boat's name is the same; less for a similar name."""
 _OTHER_BOAT = 0.2
-"""What it takes away that the topic is another boat's."""
+"""Term, subtracted, if the topic is another boat's."""
 _OTHER_TYPE = 0.3
-"""What it takes away that messages are of another type."""
-_LONGEST = 200
-"""Characters of a topic that is compared."""
+"""Term, subtracted, if messages are of another type."""
+_MAX_COMPARED = 200
+"""Longest topic that is compared [characters]."""
 _UNKNOWN_TYPE = "*"
+"""Type of a publisher that does not say it."""
+_MIN_OVERLAP = 0.05
+"""Overlap above which two models are reported [m]."""
+_RATE_COMMANDS = 4
+"""Number of commands in a row by which their rate is measured."""
+_LOOK_RATE = 1.0
+"""Rate at which boats are checked [Hz, simulated time]."""
+_AGROUND_CHECKS = 2
+"""Consecutive checks with contact to land after which a boat is aground."""
+_AFLOAT_CHECKS = 10
+"""Consecutive checks without contact after which it is afloat again: waves free a boat ashore now and then."""
+_THRUST = "_thrust_cmd"
+"""End of the topics of thrust commands."""
+_TURN_TIME = 1.0
+"""Longest time between two messages of one sender, with others' in between, for which senders take turns [s]."""
+_MOST_SENDERS = 64
+"""Largest number of senders that are watched."""
+_SHOWN_BOATS = 8
+"""Number of boats that a message names."""
 
 
 class TopicHints:
@@ -58,7 +80,7 @@ class TopicHints:
 
 
 def _hint(topic: str, type_name: str, inputs: "Mapping[str, Input]", boats: Sequence[str]) -> str:
-    concerns = any(part in topic for part in _KNOWN)
+    concerns = any(part in topic for part in _OUR_PARTS)
     if topic.endswith(_CMD_VEL) and not any(name.endswith(_CMD_VEL) for name in inputs):
         return "cmd_vel is off; with --cmd-vel thrust or velocity it drives a boat"
     meant = meant_topic(topic, type_name, inputs, boats)
@@ -68,7 +90,7 @@ def _hint(topic: str, type_name: str, inputs: "Mapping[str, Input]", boats: Sequ
         meant = next((name for name in same if name in inputs), None) or nearest(topic, inputs)
     if meant is not None:
         return f"did you mean {meant}?"
-    if not concerns or topic.startswith(_OF_WORLDS):
+    if not concerns or topic.startswith(_WORLD_TOPICS):
         return "this world has no such topic" if concerns else ""
     return f"topics of boats begin with /{boats[0]}/" if boats else "there is no boat now"
 
@@ -78,7 +100,7 @@ def meant_topic(topic: str, type_name: str, inputs: "Mapping[str, Input]", boats
 
     `type_name` is the type of its messages, `*` if that is not known.
     """
-    if len(topic) > _LONGEST:
+    if len(topic) > _MAX_COMPARED:
         return None
     given = topic.strip("/").lower()
     segments, words = given.split("/"), _words(given) - set(boats)
@@ -111,24 +133,6 @@ def _words(name: str) -> frozenset[str]:
     return frozenset(name.replace("/", "_").split("_")) - {""}
 
 
-_DEEP = 0.05
-"""How far two models may overlap [m]."""
-_ALIKE = 4
-"""Commands in a row from which their rate is taken."""
-_LOOK_RATE = 1.0
-"""How often boats are looked at, per simulated second."""
-_AGROUND = 2
-"""Looks in a row at which a boat that is aground touches land."""
-_AFLOAT = 10
-"""Looks in a row at which a boat that is afloat again does not: in waves a boat ashore comes free now and then."""
-_THRUST = "_thrust_cmd"
-_IN_TURN = 1.0
-"""Between two messages of one sender [s]: those of another between them are in turn with it."""
-_MOST_SENDERS = 64
-_SHOWN = 8
-"""Names of boats that a message shows, at most."""
-
-
 class Diagnosis:
     """Looks at what comes and at how the boats are, and reports what is odd about it."""
 
@@ -153,7 +157,7 @@ class Diagnosis:
             return
         owners = [boat for boat in self._sim.boats if any(one.config.type == "gps" for one in self._sim.mounted(boat))]
         if owners:
-            of = first_names(owners, _SHOWN)
+            of = first_names(owners, _SHOWN_BOATS)
             text = f"the world {world.name} has no georeference: the GPS topics of {of} are not published"
             self.once("georeference", f"{text}; add `georeference` to the world's file")
 
@@ -193,13 +197,13 @@ class Diagnosis:
         key, boat = (command.topic, command.sender), command.topic.split("/")[1]
         if key not in self._times and len(self._times) > 1024:
             return
-        times = self._times.setdefault(key, deque(maxlen=_ALIKE))
+        times = self._times.setdefault(key, deque(maxlen=_RATE_COMMANDS))
         if times and self._sim.time <= times[-1]:
             return
         times.append(self._sim.time)
         timeout = self._timeout(boat, command.topic.rpartition("/")[2].removesuffix(_THRUST))
         gaps = sorted(later - earlier for earlier, later in zip(times, list(times)[1:], strict=False))
-        if len(times) == _ALIKE and 0.0 < timeout < gaps[0] * 0.99:
+        if len(times) == _RATE_COMMANDS and 0.0 < timeout < gaps[0] * 0.99:
             share = round(100.0 * timeout / gaps[len(gaps) // 2])
             self.once(
                 f"{command.topic} slow",
@@ -211,7 +215,7 @@ class Diagnosis:
         """See whether two senders' messages come in turn."""
         last, now = self._last.setdefault(command.topic, {}), self._sim.time
         before = last.get(command.sender, -math.inf)
-        if now - before < _IN_TURN:
+        if now - before < _TURN_TIME:
             for other in (other for other, time in last.items() if other != command.sender and time >= before):
                 two = f"{command.topic} comes from {command.sender} and from {other}"
                 self.once(f"{command.topic} shared", f"{two}: each message replaces the other's")
@@ -250,7 +254,7 @@ class Diagnosis:
             self._state(f"{boat} spins", rate > FASTEST_SPIN, f"{fast} of its robot", f"{boat} spins no longer")
             looks = self._ashore.get(boat, 0)
             looks = self._ashore[boat] = max(looks, 0) + 1 if boat in ashore else min(looks, 0) - 1
-            if looks >= _AGROUND or looks <= -_AFLOAT:
+            if looks >= _AGROUND_CHECKS or looks <= -_AFLOAT_CHECKS:
                 self._state(f"{boat} aground", looks > 0, f"{boat} is aground", f"{boat} is afloat again")
 
     def _state(self, key: str, holds: bool, text: str, ended: str) -> None:
@@ -279,7 +283,7 @@ def overlaps(sim: Simulation) -> Iterator[str]:
     model, found = sim.model, set()
     for contact in sim.data.contact:
         pair = [_owner(model, int(geom), sim.boats) for geom in contact.geom]
-        if contact.dist < -_DEEP and pair[0] != pair[1] and tuple(sorted(pair)) not in found:
+        if contact.dist < -_MIN_OVERLAP and pair[0] != pair[1] and tuple(sorted(pair)) not in found:
             found.add(tuple(sorted(pair)))
             yield f"{pair[0]} and {pair[1]} overlap by {-contact.dist:.2f} m: move one of them"
 

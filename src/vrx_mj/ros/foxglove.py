@@ -17,12 +17,20 @@ from vrx_mj.ros.messages import Message, definition, encode, full_name, is_known
 from vrx_mj.ros.table.viewers import CUBE, CYLINDER, SPHERE, START, TRIANGLES
 
 BACKLOG = 256
-"""Messages that wait for a client that does not keep up, at most: the oldest go first."""
-_RAW = "sensor_msgs/Image"
-"""Left out: the same pictures are there compressed."""
-_STILL = "/tf_static"
-"""Repeated every simulated second: panels of a layout that is opened later miss the first one."""
+"""Largest number of messages that wait for a slow client: the oldest are dropped first."""
+_RAW_IMAGE = "sensor_msgs/Image"
+"""Type that is left out: the same pictures are published compressed."""
+_STATIC_FRAMES = "/tf_static"
+"""Topic that is repeated every simulated second: panels of a layout that is opened later miss the first message."""
 _LEVELS = {"INFO": StatusLevel.Info, "WARN": StatusLevel.Warning}
+"""Levels of status messages."""
+_PRIMITIVES: Mapping[int, tuple[str, str, Mapping[str, Any]]] = {
+    CUBE: ("cubes", "CubePrimitive", {}),
+    SPHERE: ("spheres", "SpherePrimitive", {}),
+    CYLINDER: ("cylinders", "CylinderPrimitive", {"bottom_scale": 1.0, "top_scale": 1.0}),
+    TRIANGLES: ("triangles", "TriangleListPrimitive", {}),
+}
+"""Primitives by the type of a marker: the field of an entity, the primitive's type, and further fields."""
 
 
 class Foxglove(ServerListener):
@@ -55,7 +63,7 @@ class Foxglove(ServerListener):
 
     def offer(self, table: RosInterface) -> None:
         """Offer this table from now on, and nothing else."""
-        types = {name: one.type for name, one in table.outputs.items() if one.type != _RAW and is_known(one.type)}
+        types = {name: one.type for name, one in table.outputs.items() if one.type != _RAW_IMAGE and is_known(one.type)}
         for name in self._channels.keys() - types.keys():
             self._latched.pop(name, None)
             self._channels.pop(name).close()
@@ -80,8 +88,8 @@ class Foxglove(ServerListener):
             return
         now = batch[-1].time
         self._server.broadcast_time(round(now * 1e9))
-        if _STILL in wanted & self._latched.keys() and int(now) != self._repeated:
-            self._log(self._latched[_STILL])
+        if _STATIC_FRAMES in wanted & self._latched.keys() and int(now) != self._repeated:
+            self._log(self._latched[_STATIC_FRAMES])
             self._repeated = int(now)
 
     def log(self, level: str, text: str) -> None:
@@ -163,15 +171,6 @@ def _transform(one: Message) -> Any:
 def _poses(states: Message, time: float) -> Any:
     poses = [_pose(pose) for pose in states.pose]
     return fox.PosesInFrame(timestamp=fox.Timestamp.from_epoch_secs(time), frame_id="map", poses=poses)
-
-
-_PRIMITIVES: Mapping[int, tuple[str, str, Mapping[str, Any]]] = {
-    CUBE: ("cubes", "CubePrimitive", {}),
-    SPHERE: ("spheres", "SpherePrimitive", {}),
-    CYLINDER: ("cylinders", "CylinderPrimitive", {"bottom_scale": 1.0, "top_scale": 1.0}),
-    TRIANGLES: ("triangles", "TriangleListPrimitive", {}),
-}
-"""Primitives by the type of a marker: the field of an entity, the primitive's type, and further fields."""
 
 
 def _scene(markers: Message, _time: float) -> Any:

@@ -18,13 +18,16 @@ from vrx_mj.ros.network import Network, Notices
 from vrx_mj.ros.parameters import Parameters, join_names, plain
 
 ROSOUT, _LOG, _LOGGER = "/rosout", "rosgraph_msgs/Log", "ros.vrx_mj"
-_OF_SIMULATION = ("/gazebo/", "/vrx/")
-"""What names of its services begin with."""
+_SERVICE_PREFIXES = ("/gazebo/", "/vrx/")
+"""Prefixes of the names of the simulation's services."""
 LEVELS = {"DEBUG": 1, "INFO": 2, "WARN": 4, "ERROR": 8, "FATAL": 16}
 """Levels of rosgraph_msgs/Log."""
-_TOPICS = ("publisher", "subscriber")
-_KINDS = (*_TOPICS, "service", "parameter")
+_TOPIC_ROLES = ("publisher", "subscriber")
+"""Roles of a node at a topic."""
+_REGISTRATION_KINDS = (*_TOPIC_ROLES, "service", "parameter")
+"""Kinds of registrations."""
 MOST_REGISTRATIONS = 100_000
+"""Largest number of registrations of all nodes."""
 
 
 class Registrations:
@@ -34,7 +37,7 @@ class Registrations:
         self.nodes: dict[str, str] = {}
         """URI by node's name."""
         self._replaced = replaced
-        self._entries: dict[str, dict[str, dict[str, tuple[str, str]]]] = {kind: {} for kind in _KINDS}
+        self._entries: dict[str, dict[str, dict[str, tuple[str, str]]]] = {kind: {} for kind in _REGISTRATION_KINDS}
         """URIs and types by kind, name and node: the service's own URI for a service, otherwise the node's."""
         self._held: Counter[str] = Counter()
         self._count = 0
@@ -278,15 +281,15 @@ class Graph:
 
         It is what the simulation gives it, else another node of this process, else the last publisher or subscriber.
         """
-        known = [pair for kind in _TOPICS for pair in self.registrations.types(kind, name)]
+        known = [pair for kind in _TOPIC_ROLES for pair in self.registrations.types(kind, name)]
         if known:
             return min(known, key=lambda pair: (pair[0] != self.node, pair[0] not in self.local))[1]
-        is_topic = any(self.registrations.apis(kind, name) for kind in _TOPICS)
+        is_topic = any(self.registrations.apis(kind, name) for kind in _TOPIC_ROLES)
         return self._master_types.get(name) if is_topic else None
 
     def topics(self) -> dict[str, str]:
         """Every topic's type, by name; empty where it is not known."""
-        names = {name for kind in _TOPICS for name in self.registrations.names(kind)}
+        names = {name for kind in _TOPIC_ROLES for name in self.registrations.names(kind)}
         return {name: self.type_of(name) or "" for name in sorted(names)}
 
     def local_type(self, kind: str, name: str) -> str | None:
@@ -332,7 +335,7 @@ class Graph:
     def missed_service(self, name: str, node: str) -> None:
         """A node asked for a service that there is not: report once if it could be the simulation's."""
         services = self.table.services
-        if not (services and name.startswith(_OF_SIMULATION)) or name in services:
+        if not (services and name.startswith(_SERVICE_PREFIXES)) or name in services:
             return
         hint = self.table.elsewhere.get(name) or UnknownNameError("service", name, services)
         self.notices.write("WARN", "missed service", name, f"{node} asks for the service {name}: {hint}")
@@ -370,7 +373,7 @@ class Graph:
     def mirror(self, state: Sequence[Mapping[str, Sequence[str]]], types: Mapping[str, str]) -> None:
         """Have the nodes of other processes as a master reports them: publishers, subscribers, services."""
         self._master_types = {name: kind for name, kind in types.items() if kind != "*"}
-        for kind, known in zip(_KINDS, state, strict=False):
+        for kind, known in zip(_REGISTRATION_KINDS, state, strict=False):
             there = {(name, node) for name, nodes in known.items() for node in nodes if node not in self.local}
             here = {
                 (name, node)

@@ -23,8 +23,30 @@ from vrx_mj.sensors.view import CATEGORY_NAMES
 Dialect = Literal["vrx", "vrx3"]
 """Names and types of topics: VRX's on ROS 1, or VRX 3's on ROS 2."""
 VRX: tuple[Dialect, ...] = ("vrx",)
+"""Dialect of VRX, on ROS 1."""
 VRX3: tuple[Dialect, ...] = ("vrx3",)
+"""Dialect of VRX 3, on ROS 2."""
 BOTH = VRX + VRX3
+"""Both dialects."""
+MOST_CALLS = 256
+"""Largest number of calls of services that wait; more are refused."""
+MOST_UNKNOWN_PUBLISHERS = 256
+"""Largest number of publishers of unknown topics that are kept."""
+PACKAGES = (
+    "geometry_msgs",
+    "nav_msgs",
+    "rcl_interfaces",
+    "ros_gz_interfaces",
+    "rosgraph_msgs",
+    "sensor_msgs",
+    "std_msgs",
+    "tf2_msgs",
+    "vision_msgs",
+    "visualization_msgs",
+)
+"""Packages of the types that VRX 3's topics have."""
+_KINDS = {bool: (1, "bool_value"), int: (2, "integer_value"), float: (3, "double_value"), str: (4, "string_value")}
+"""Numbers of rcl_interfaces/ParameterType, and the fields that hold the values."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +146,7 @@ class Traffic(NamedTuple):
     clients: int
     """Connected now."""
     sent: int
-    """[bytes]"""
+    """Bytes sent."""
     dropped: int
     """Messages that were thrown away because a client did not keep up."""
 
@@ -173,10 +195,6 @@ def publishers_of(transport: Transport, topic: str) -> Sequence[str]:
     ask: Callable[[str], Sequence[str]] | None = getattr(transport, "publishers", None)
     return ask(topic) if ask else ()
 
-
-MOST_CALLS = 256
-"""Calls of services that wait, at most; more are refused."""
-MOST_UNKNOWN_PUBLISHERS = 256
 
 Answer = Callable[[Message | None, str], None]
 """Takes the response, or None and the reason. It is called by the simulation's thread."""
@@ -258,23 +276,6 @@ class Inbox:
             calls, self._calls = self._calls, []
             unknown_publishers, self._unknown_publishers = self._unknown_publishers, {}
         return self._commands.take(), calls, list(unknown_publishers.values())
-
-
-PACKAGES = (
-    "geometry_msgs",
-    "nav_msgs",
-    "rcl_interfaces",
-    "ros_gz_interfaces",
-    "rosgraph_msgs",
-    "sensor_msgs",
-    "std_msgs",
-    "tf2_msgs",
-    "vision_msgs",
-    "visualization_msgs",
-)
-"""Packages of the types that VRX 3's topics have."""
-_KINDS = {bool: (1, "bool_value"), int: (2, "integer_value"), float: (3, "double_value"), str: (4, "string_value")}
-"""Numbers of rcl_interfaces/ParameterType, and the fields that hold the values."""
 
 
 def parameters(header: Message, values: Mapping[str, str | bool | int | float]) -> Message:

@@ -13,7 +13,21 @@ from vrx_mj.ros.network import is_loopback
 from vrx_mj.unix import resource
 
 SMALL = 1 << 16
-"""Bytes that a connection may hold while others hold more."""
+"""Bytes that a connection may always hold, even if others hold more."""
+_MOST_CONNECTIONS = 4096
+"""Largest number of connections."""
+_MAX_USED_SHARE = 7 / 8
+"""Largest share of the places that connections in use may have."""
+_SPARE_FILES = 600
+"""Number of open files left for everything else, among it rosbridge's clients, where a process may have so many."""
+MOST_WAITING = 64
+"""Largest number of messages of a topic, and of a topic and sender, that wait for another thread."""
+_MOST_KEYS = 4096
+"""Largest number of topics, or pairs of topic and sender, whose messages wait."""
+MOST_BYTES = 16 << 20
+"""Largest size of what waits in an outbox, except for one message that is larger [bytes]."""
+MOST_BYTES_OF_ALL = 128 << 20
+"""Largest size of what waits in all outboxes of a wire [bytes]."""
 
 
 class Place:
@@ -68,13 +82,6 @@ class Intake:
         return next((place for place, size in held.items() if size > SMALL), next(iter(held)))
 
 
-_MOST_CONNECTIONS = 4096
-_IN_USE = 7 / 8
-"""Share of the places that connections in use may have, at most."""
-_SPARE_FILES = 600
-"""Open files that are left to everything else, rosbridge's clients among it, where a process may have so many."""
-
-
 class ConnectionLimit:
     """How many connections there may be, in all and per host.
 
@@ -115,7 +122,7 @@ class ConnectionLimit:
 
     def has_room(self, place: Place) -> bool:
         """Whether one more may be in use."""
-        return self._crowd(place.host, self._in_use, _IN_USE) is None
+        return self._crowd(place.host, self._in_use, _MAX_USED_SHARE) is None
 
     def leave(self, place: Place) -> None:
         """One has gone; nothing happens where it has gone already."""
@@ -188,15 +195,6 @@ class Pace:
         self._flooding.discard(self)
 
 
-MOST_WAITING = 64
-"""Messages of a topic, and of a topic and sender, that wait for another thread, at most."""
-_MOST_KEYS = 4096
-"""Topics, or pairs of topic and sender, of which messages wait, at most."""
-MOST_BYTES = 16 << 20
-"""Bytes that wait in an outbox, but for one message that is larger."""
-MOST_BYTES_OF_ALL = 128 << 20
-"""Bytes that wait in all outboxes of a wire."""
-
 _Item = TypeVar("_Item")
 
 
@@ -238,11 +236,11 @@ class Counts:
     """What has gone on a wire, and what is to go."""
 
     sent: int = 0
-    """[bytes]"""
+    """Bytes sent."""
     dropped: int = 0
     """Messages thrown away because a client did not keep up."""
     waiting: int = 0
-    """[bytes]"""
+    """Bytes that wait."""
 
 
 class Outbox(Generic[_Item]):

@@ -28,22 +28,29 @@ FieldDesc = tuple[Nodetype, Any]
 """rosbags' description of a field: a base type, a message, or an array or a sequence of these."""
 
 DEFINITIONS = Path(__file__).parent / "definitions"
+"""Folder of the definitions of ROS 1's types."""
 PADDING = "structure_needs_at_least_one_member"
 """rosbags' only field of a message without fields; it is not sent."""
 MEMBER = f"\n{'=' * 80}\nMSG: "
-"""Between the definitions of a type and of those that it uses."""
+"""Separator between the definitions of a type and of those that it uses."""
 CLASSES = "/usr/lib/python3/dist-packages"
-"""Where Debian has ROS's classes of messages; other releases of ROS set the path of Python."""
+"""Folder of Debian's classes of ROS messages; other releases of ROS set the path of Python."""
 _CLASS = re.compile(r'_md5sum = "(\w+)".*?_full_text = (""".*?""")', re.DOTALL)
-"""What such a class says of its type."""
+"""What such a class contains about its type."""
 _AXES = {
     "geometry_msgs/msg/Point": "xyz",
     "geometry_msgs/msg/Vector3": "xyz",
     "geometry_msgs/msg/Quaternion": "wxyz",
 }
 """Fields of messages that sequences of numbers stand for, in their order."""
-_LARGEST = 1 << 26
-"""Elements of an array in a message that is read, at most."""
+_MAX_ARRAY = 1 << 26
+"""Largest number of elements of an array in a message that is read."""
+MOMENT, SPAN = "time", "duration"
+"""ROS 1's built-in types that are messages to rosbags."""
+_BUILT_IN = {"builtin_interfaces/Time": MOMENT, "builtin_interfaces/Duration": SPAN}
+"""ROS 2's names of ROS 1's built-in types."""
+_INTEGER_TYPES = ("byte", "char", *(f"{sign}int{bits}" for bits in (8, 16, 32, 64) for sign in ("u", "")))
+"""Types of whole numbers."""
 
 
 @cache
@@ -52,7 +59,7 @@ def typestore(
 ) -> Typestore:  # fmt: skip
     """Every type that is known: those of a release of ROS, of the files in a folder, and of `more` files."""
     store = get_typestore(base)
-    store.max_sequence_length = _LARGEST
+    store.max_sequence_length = _MAX_ARRAY
     types = {}
     for file in (*definitions.glob("*/*.msg"), *definitions.glob("*/*.srv"), *more):
         halves = ("Request", "Response") if file.suffix == ".srv" else ("",)
@@ -224,12 +231,8 @@ def _md5_line(line: str) -> str:
     return f"{md5sum(base)} {name}" if "/" in base else line
 
 
-MOMENT, SPAN = "time", "duration"
-"""ROS 1's built-in types that are messages to rosbags."""
-_BUILT_IN = {"builtin_interfaces/Time": MOMENT, "builtin_interfaces/Duration": SPAN}
-_WHOLE = ("byte", "char", *(f"{sign}int{bits}" for bits in (8, 16, 32, 64) for sign in ("u", "")))
-INTEGERS = {name: (int(np.iinfo(layout(name)).min), int(np.iinfo(layout(name)).max)) for name in _WHOLE}
-"""Smallest and largest value of each integer type."""
+INTEGERS = {name: (int(np.iinfo(layout(name)).min), int(np.iinfo(layout(name)).max)) for name in _INTEGER_TYPES}
+"""Least and largest value of each integer type."""
 
 
 class Field(NamedTuple):

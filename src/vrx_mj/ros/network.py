@@ -21,8 +21,24 @@ import psutil
 from vrx_mj.errors import LONGEST_LINE, CommandError, shorten
 
 _Result = TypeVar("_Result")
-_CLOSING = 2.0
-"""Wall time that what still runs has to end [s]."""
+_CLOSE_TIMEOUT = 2.0
+"""Wall time that a task which still runs has to end [s]."""
+_SHOWN = 120
+"""Largest number of characters of a command that is shown."""
+_MOST_NOTICES = 1000
+"""Largest number of different notices that are remembered; after that no new ones are written."""
+_ANY_ORIGIN = "*"
+"""Stands for every origin."""
+_NULL, _FILE = "null", "file://"
+"""Origins of pages that have none: a frame in a sandbox of any site, or a file, in Firefox and in others."""
+_DEFAULT_PORTS = {"http": ":80", "https": ":443"}
+"""Ports that an origin may leave out."""
+_ORIGIN = re.compile(r"[a-z][a-z0-9+.-]*://(\[[0-9a-f:.]+\]|[a-z0-9_.-]*)(:[0-9]{1,5})?")
+"""An origin as browsers send it."""
+NOWHERE = "192.0.2.1"
+"""An unused address (RFC 5737) by which the route to the world is found; nothing is sent there."""
+_VIRTUAL_PREFIXES = ("docker", "br-", "bridge", "veth", "vEthernet", "virbr", "lxc", "cni")
+"""Beginnings of the names of interfaces to containers and virtual machines on this machine."""
 
 
 class Network:
@@ -52,9 +68,9 @@ class Network:
         if not self._thread.is_alive():
             return
         with contextlib.suppress(TimeoutError, concurrent.futures.TimeoutError):
-            self.call(_end(), _CLOSING)
+            self.call(_end(), _CLOSE_TIMEOUT)
         self.soon(self.loop.stop)
-        self._thread.join(_CLOSING)
+        self._thread.join(_CLOSE_TIMEOUT)
 
     def _run(self) -> None:
         self.loop.run_forever()
@@ -67,10 +83,6 @@ async def _end() -> None:
     for task in tasks:
         task.cancel()
     await asyncio.gather(*tasks, return_exceptions=True)
-
-
-_SHOWN = 120
-"""Characters of a command that are shown, at most."""
 
 
 def who_listens(port: int) -> str | None:
@@ -112,9 +124,6 @@ def shown_process(pid: int) -> str:
     return f"process {pid} ({shown}), since {started}; {stop}"
 
 
-_MOST_NOTICES = 1000
-"""Different notices that are remembered; once there are so many, no new ones are written."""
-
 _logger = logging.getLogger("vrx_mj.ros")
 
 
@@ -139,14 +148,6 @@ class Notices:
     def forget(self, kind: str, who: str) -> None:
         """Let a line of this kind be written again."""
         self._written.discard((kind, who))
-
-
-_ANY = "*"
-"""Stands for every origin."""
-_NULL, _FILE = "null", "file://"
-"""Origins of pages that have none: a frame in a sandbox of any site, or a file, in Firefox and in others."""
-_DEFAULT_PORTS = {"http": ":80", "https": ":443"}
-_ORIGIN = re.compile(r"[a-z][a-z0-9+.-]*://(\[[0-9a-f:.]+\]|[a-z0-9_.-]*)(:[0-9]{1,5})?")
 
 
 def host_of(field: str) -> str:
@@ -211,7 +212,7 @@ class Origins:
 
     def welcome(self, origin: str, host: str) -> bool:
         """Whether a page of `origin` may connect that reached this machine by `host`, as `host_of` gives it."""
-        if _ANY in self._allowed or _normal(origin) in self._allowed:
+        if _ANY_ORIGIN in self._allowed or _normal(origin) in self._allowed:
             return True
         if _ORIGIN.fullmatch(_normal(origin)) is None:
             return False
@@ -229,7 +230,7 @@ def checked_origins(words: Sequence[str]) -> tuple[str, ...]:
     origins = tuple(_normal(word if word == _FILE else word.removesuffix("/")) for word in words)
     for word, origin in zip(words, origins, strict=True):
         is_origin = _ORIGIN.fullmatch(origin) is not None and host_of(origin.partition("://")[2])
-        if origin not in {_ANY, _NULL, _FILE} and not is_origin:
+        if origin not in {_ANY_ORIGIN, _NULL, _FILE} and not is_origin:
             raise CommandError(
                 f"invalid --allow-origin '{word[:200]}': SCHEME://HOST or SCHEME://HOST:PORT is needed, as in "
                 "https://app.foxglove.dev; or null, file://, or * for all"
@@ -250,12 +251,6 @@ def _address(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
     except ValueError:
         return None
     return getattr(address, "ipv4_mapped", None) or address
-
-
-NOWHERE = "192.0.2.1"
-"""An address of nobody (RFC 5737): asked for the way to the world; nothing is sent there."""
-_VIRTUAL = ("docker", "br-", "bridge", "veth", "vEthernet", "virbr", "lxc", "cni")
-"""Beginnings of the names of interfaces to containers and virtual machines on this machine."""
 
 
 def is_wildcard(host: str) -> bool:
@@ -318,7 +313,7 @@ def interface_addresses() -> Sequence[str]:
     """
     states = psutil.net_if_stats()
     found = [
-        (name.startswith(_VIRTUAL), not states[name].isup, one.address)
+        (name.startswith(_VIRTUAL_PREFIXES), not states[name].isup, one.address)
         for name, entries in psutil.net_if_addrs().items()
         for one in entries
         if one.family == socket.AF_INET and name in states and (states[name].isup or "up" in states[name].flags)

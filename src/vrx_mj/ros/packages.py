@@ -30,17 +30,19 @@ _OF_DEBIAN = frozenset({"nav_msgs", "roscpp", "sensor_msgs", "std_srvs", "tf2_ms
 PYTHON = "/usr/bin/python3"
 """The interpreter that Debian's ROS tools run with."""
 _NEEDED = "apt-get install python3-genpy python3-rospy python3-geometry-msgs python3-std-msgs"
+"""Command that installs what generation needs."""
 MESSAGE_LIST = "vrx_mj_messages.json"
 """File that lists what was written to the folder, each file with its sha256."""
 _WHAT = "the packages"
-"""What is written, for messages."""
+"""What is written, in messages."""
 _BY_MESSAGES = "written by `vrx-mj ros messages`"
-_IGNORED = "CATKIN_IGNORE"
-"""A file that hides a package from catkin and ROS."""
+"""What generated packages say of their origin."""
+_IGNORE_FILE = "CATKIN_IGNORE"
+"""Name of a file that hides a package from catkin and ROS."""
 _LARGEST_LIST = 1_000_000
-"""Bytes of a list."""
-_LONGEST = 60.0
-"""Wall time that another interpreter may take [s]."""
+"""Largest size of a list [bytes]."""
+_PYTHON_TIMEOUT = 60.0
+"""Longest wall time that another interpreter may take [s]."""
 
 _PROBE = """
 import importlib.util, json, sys
@@ -65,6 +67,31 @@ for name in os.listdir(share):
             sys.exit(1)
         write_modules(folder)
 """
+PACKAGE_LIST = "vrx_mj_packages.json"
+"""File that lists what was written to the folder, each file with its sha256."""
+NODES = {
+    "vrx_gazebo": {
+        name: f"scripts/{name}"
+        for name in (
+            SERVING,
+            "generate_wamv.py",
+            "generate_worlds.py",
+            "keydrive",
+            "joydrive",
+            "playback",
+            "missing",
+            "key2thrust_angle.py",
+            "pinger_visualization.py",
+            "spawn_wamv.bash",
+        )
+    },
+    "gazebo_ros": {name: f"scripts/{name}" for name in ("gzserver", "spawn_model")},
+    "teleop_twist_keyboard": {"teleop_twist_keyboard.py": "scripts/teleop_twist_keyboard.py"},
+    "xacro": {"xacro": "xacro", "xacro.py": "xacro.py"},
+}
+"""Programs of each package, by the type of a node, and where they are."""
+PACKAGE_NAMES = (*PACKAGES, "wamv_gazebo", "wamv_description", "gazebo_ros", "teleop_twist_keyboard", "xacro")
+"""Packages that are written."""
 
 
 class Written(NamedTuple):
@@ -150,7 +177,7 @@ def _run(python: str, script: str, words: Sequence[str], top: Path) -> subproces
     command = [python, "-B", "-c", script, *words]
     try:
         return subprocess.run(
-            command, capture_output=True, encoding="utf-8", check=False, timeout=_LONGEST,
+            command, capture_output=True, encoding="utf-8", check=False, timeout=_PYTHON_TIMEOUT,
             env={**os.environ, "PYTHONPATH": path}, cwd="/",
         )  # fmt: skip
     except OSError:
@@ -290,9 +317,9 @@ def hide_twins(top: Path) -> None:
             if _BY_MESSAGES not in file.read_text("utf-8", errors="replace"):
                 continue
             if whole:
-                (file.parent / _IGNORED).write_text("its messages are those of the other vrx_gazebo\n", "utf-8")
+                (file.parent / _IGNORE_FILE).write_text("its messages are those of the other vrx_gazebo\n", "utf-8")
             else:
-                (file.parent / _IGNORED).unlink(missing_ok=True)
+                (file.parent / _IGNORE_FILE).unlink(missing_ok=True)
 
 
 def listed_files(file: Path, folders: Collection[str]) -> Mapping[str, str]:
@@ -323,32 +350,6 @@ def _sha256(file: Path) -> str:
     """Digest of a file."""
     with file.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
-
-
-PACKAGE_LIST = "vrx_mj_packages.json"
-"""File that lists what was written to the folder, each file with its sha256."""
-NODES = {
-    "vrx_gazebo": {
-        name: f"scripts/{name}"
-        for name in (
-            SERVING,
-            "generate_wamv.py",
-            "generate_worlds.py",
-            "keydrive",
-            "joydrive",
-            "playback",
-            "missing",
-            "key2thrust_angle.py",
-            "pinger_visualization.py",
-            "spawn_wamv.bash",
-        )
-    },
-    "gazebo_ros": {name: f"scripts/{name}" for name in ("gzserver", "spawn_model")},
-    "teleop_twist_keyboard": {"teleop_twist_keyboard.py": "scripts/teleop_twist_keyboard.py"},
-    "xacro": {"xacro": "xacro", "xacro.py": "xacro.py"},
-}
-"""Programs of each package, by the type of a node, and where they are."""
-PACKAGE_NAMES = (*PACKAGES, "wamv_gazebo", "wamv_description", "gazebo_ros", "teleop_twist_keyboard", "xacro")
 
 
 def write_launch_packages(folder: str | Path, over: Path | None = None) -> tuple[str, ...]:

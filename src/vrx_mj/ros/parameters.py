@@ -10,25 +10,34 @@ import numpy as np
 from vrx_mj.errors import CommandError
 
 _DEEPEST_VALUE = 32
+"""Largest depth of lists and structures in a value."""
 _INTEGERS = range(-(2**31), 2**31)
+"""Integers of XML-RPC."""
 _ANGLE = "_angle"
-LONGEST = 1024
-"""Characters of a name, at most."""
+"""Suffix of the command of an engine's angle."""
+MAX_NAME = 1024
+"""Longest name [characters]."""
 _LEGAL = re.compile(r"[~/A-Za-z][A-Za-z0-9_/]*\Z")
+"""A legal name."""
 _TYPE = re.compile(r"(\*|[A-Za-z][A-Za-z0-9_]*/[A-Za-z][A-Za-z0-9_]*)\Z")
+"""A legal type."""
 
 _NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""Characters that XML 1.0 has not."""
+"""Characters that XML 1.0 does not allow."""
+MOST_BYTES = 1 << 26
+"""Approximate limit of the size of all names and values together [bytes]."""
+_MAX_DEPTH = 32
+"""Largest depth of names in a key."""
 
 
 def is_legal(name: object) -> bool:
     """Whether something can name a topic, a service or a node."""
-    return isinstance(name, str) and 0 < len(name) <= LONGEST and _LEGAL.match(name) is not None
+    return isinstance(name, str) and 0 < len(name) <= MAX_NAME and _LEGAL.match(name) is not None
 
 
 def is_type(name: object) -> bool:
     """Whether something can name a type; `*` is any type."""
-    return isinstance(name, str) and len(name) <= LONGEST and _TYPE.match(name) is not None
+    return isinstance(name, str) and len(name) <= MAX_NAME and _TYPE.match(name) is not None
 
 
 def join_names(*parts: str) -> str:
@@ -49,12 +58,6 @@ def command_topic(boat: str, command: str) -> str:
     """VRX's topic of a command of a boat, `/wamv/thrusters/left_thrust_cmd` for `left`."""
     thruster = command.removesuffix(_ANGLE)
     return f"/{boat}/thrusters/{thruster}{'_thrust_cmd' if thruster == command else '_thrust_angle'}"
-
-
-MOST_BYTES = 1 << 26
-"""Size of all names and values together, about."""
-_DEEPEST = 32
-"""Names within each other in a key."""
 
 
 class Update(NamedTuple):
@@ -99,9 +102,9 @@ class Parameters:
             CommandError: the root gets something else than a dictionary, the name is too deep, all is too much.
         """
         parts = _parts(key)
-        if len(parts) > _DEEPEST or (not parts and not isinstance(value, dict)):
+        if len(parts) > _MAX_DEPTH or (not parts and not isinstance(value, dict)):
             raise CommandError(
-                f"cannot set {key[:100]}: the root is a dictionary, and names are {_DEEPEST} deep at most"
+                f"cannot set {key[:100]}: the root is a dictionary, and names are {_MAX_DEPTH} deep at most"
             )
         if self._bytes + value_size(value) > MOST_BYTES:
             raise CommandError(f"more than {MOST_BYTES} bytes of parameters")

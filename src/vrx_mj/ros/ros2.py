@@ -23,6 +23,42 @@ from vrx_mj.ros.messages import PADDING, Message, stamp
 from vrx_mj.ros.network import Notices, is_loopback
 
 _WHEELS = ("ros-jazzy-rclpy", "ros-jazzy-rmw-fastrtps-cpp", "ros-jazzy-common-interfaces")
+"""Wheels of rclpy."""
+_HALVES = ("Request", "Response")
+"""Suffixes of the types of the two messages of a service."""
+_QUEUE_DEPTH = 10
+"""Number of messages that publishers and subscriptions keep, as Gazebo's bridge, and that are taken at once."""
+_ROSOUT_DEPTH = 1000
+"""Number of log messages that are kept."""
+_MAX_INCOMING = 1 << 20
+"""Largest incoming message [bytes]."""
+_WANTED_PERIOD = 0.1
+"""Wall time between two checks which topics are wanted [s]."""
+_GRAPH_PERIOD = 1.0
+"""Wall time between two checks of the other nodes [s]."""
+_LEVELS = {"INFO": 20, "WARN": 30, "ERROR": 40}
+"""Levels of rcl_interfaces/Log."""
+_OURS = ("/rosout", "/parameter_events")
+"""Topics that every node has."""
+_CLOCK = "/clock"
+"""Topic of the clock."""
+_SOMEBODY, _NAMELESS = "ROS 2", "_NODE_NAME_UNKNOWN_"
+"""Name of a sender that is not known, and what ROS 2 calls a node without a name."""
+RANGE_VARIABLE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+"""Environment variable of the range of discovery."""
+_POLL_PERIOD = 0.01
+"""Longest wall time between two reads of subscriptions [s]."""
+_MOST_LINES = 64
+"""Largest number of log lines that wait."""
+_CLOSE_TIMEOUT = 2.0
+"""Wall time for closing [s]."""
+_EXAMPLES = {
+    "ros_gz_interfaces": "/vrx/task/info and range_bearing",
+    "tf2_msgs": "/tf and /tf_static",
+    "vision_msgs": "labels of cameras",
+    "visualization_msgs": "/vrx_mj/markers",
+}
+"""What lacks without a package, in messages."""
 
 
 def load_rclpy() -> Any:
@@ -92,22 +128,6 @@ def _has_fields(found: Any | None, type_name: str) -> bool:
     return all(inner is None or message_class(inner) for _, inner in known)
 
 
-_HALVES = ("Request", "Response")
-_DEPTH = 10
-"""Messages that publishers and subscriptions keep, as Gazebo's bridge, and that are taken at once."""
-_ROSOUT_DEPTH = 1000
-_LARGEST = 1 << 20
-"""Largest incoming message [bytes]."""
-_WANTED_PERIOD = 0.1
-_GRAPH_PERIOD = 1.0
-"""Wall time between two looks at who else is there [s]."""
-_LEVELS = {"INFO": 20, "WARN": 30, "ERROR": 40}
-"""Levels of rcl_interfaces/Log."""
-_OURS = ("/rosout", "/parameter_events")
-_CLOCK = "/clock"
-_SOMEBODY, _NAMELESS = "ROS 2", "_NODE_NAME_UNKNOWN_"
-
-
 Handle = Any
 """A publisher, subscription or service of rclpy."""
 _Entry = TypeVar("_Entry", Output, Input, Service)
@@ -174,7 +194,7 @@ class Node:
     def take(self) -> None:
         """Put what has come into the inbox."""
         for topic, (entry, subscription) in self._in.items():
-            for _ in range(_DEPTH):
+            for _ in range(_QUEUE_DEPTH):
                 with subscription.handle:
                     taken = subscription.handle.take_message(subscription.msg_type, True)
                 if taken is None:
@@ -189,7 +209,7 @@ class Node:
         """Put what was asked of a service into the inbox; its answers are sent by this thread."""
         kind, service = offered.entry.type, offered.handle
         wire = importlib.import_module("rclpy.serialization")
-        for _ in range(_DEPTH):
+        for _ in range(_QUEUE_DEPTH):
             with service.handle:
                 asked, header = service.handle.service_take_request(service.srv_type.Request)
             if header is None:
@@ -237,8 +257,8 @@ class Node:
 
     def _receive(self, topic: str, entry: Input, raw: bytes) -> None:
         sender = self._sender(topic)
-        if len(raw) > _LARGEST:
-            why = f"a message of {len(raw)} bytes; at most {_LARGEST} are allowed"
+        if len(raw) > _MAX_INCOMING:
+            why = f"a message of {len(raw)} bytes; at most {_MAX_INCOMING} are allowed"
             self._notices.write("WARN", "size", topic, f"{topic} from {sender}: {why}")
             return
         try:
@@ -278,14 +298,14 @@ class Node:
         if found is None:
             return None
         qos = self._rclpy.qos
-        profile = qos.QoSProfile(depth=depth or (1 if latched else _DEPTH))
+        profile = qos.QoSProfile(depth=depth or (1 if latched else _QUEUE_DEPTH))
         if latched:
             profile.durability = qos.DurabilityPolicy.TRANSIENT_LOCAL
         return self._node.create_publisher(found, topic, profile)
 
     def _subscription(self, entry: Input) -> Handle | None:
         found = self._class(entry.type, entry.name)
-        return found and self._node.create_subscription(found, entry.name, _nothing, _DEPTH, raw=True)
+        return found and self._node.create_subscription(found, entry.name, _nothing, _QUEUE_DEPTH, raw=True)
 
     def _class(self, type_name: str, topic: str) -> Any | None:
         """The user's class of a type; without one the topic is left out."""
@@ -315,18 +335,6 @@ def _match(
 def _nothing(_raw: bytes) -> None:
     """What an executor would call."""
 
-
-RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
-_PERIOD = 0.01
-"""Wall time after which subscriptions are emptied at the latest [s]."""
-_MOST_LINES = 64
-_CLOSING = 2.0
-_EXAMPLES = {
-    "ros_gz_interfaces": "/vrx/task/info and range_bearing",
-    "tf2_msgs": "/tf and /tf_static",
-    "vision_msgs": "labels of cameras",
-    "visualization_msgs": "/vrx_mj/markers",
-}
 
 _logger = logging.getLogger(__name__)
 
@@ -360,12 +368,12 @@ class Ros2:
         """
         rclpy = load_rclpy()
         if is_loopback(self._host):
-            os.environ.setdefault(RANGE, "LOCALHOST")
+            os.environ.setdefault(RANGE_VARIABLE, "LOCALHOST")
         self._node = Node(rclpy, self._inbox, self._name)
         self._thread.start()
         domain, distro = os.environ.get("ROS_DOMAIN_ID") or "0", os.environ.get("ROS_DISTRO") or "jazzy"
-        by, reach = rclpy.get_rmw_implementation_identifier(), os.environ.get(RANGE, "SUBNET")
-        lines = [f"ROS 2: node /{self._name} in domain {domain} by {by}, {RANGE}={reach}"]
+        by, reach = rclpy.get_rmw_implementation_identifier(), os.environ.get(RANGE_VARIABLE, "SUBNET")
+        lines = [f"ROS 2: node /{self._name} in domain {domain} by {by}, {RANGE_VARIABLE}={reach}"]
         for package in self._packages:
             if not has_package(package):
                 shown = f", as {_EXAMPLES[package]}," if package in _EXAMPLES else ""
@@ -411,14 +419,14 @@ class Ros2:
         self._closing = True
         self._woken.set()
         if self._thread.is_alive():
-            self._thread.join(_CLOSING)
+            self._thread.join(_CLOSE_TIMEOUT)
 
     def _run(self) -> None:
         node = self._node
         assert node is not None, "the thread begins after the node"
         failed, last = "", False
         while not last:
-            self._woken.wait(_PERIOD)
+            self._woken.wait(_POLL_PERIOD)
             self._woken.clear()
             last = self._closing  # what waits is still sent
             try:

@@ -46,7 +46,19 @@ from vrx_mj.runtime.timing import Schedule, sample_number, steps_to_time
 from vrx_mj.sensors.readings import Reading
 
 _NEWS_RATE = 10.0
-"""How often outputs without a rate are looked at, per simulated second."""
+"""Rate at which outputs without a rate are checked [Hz, simulated time]."""
+_STEP_SERVICE = "/vrx_mj/step"
+"""Service that advances time where no topics are listed."""
+MOST_ANSWERS = 1024
+"""Largest number of answers of one topic that wait for their clock."""
+CLOCK_RATE = 100.0
+"""Rate at which the clock is published and commands are taken [Hz, simulated time]."""
+_ALL_STEPS = 1 << 62
+"""Number of steps of a step without end."""
+_LONGEST_STEP = 3600.0
+"""Longest step of the service `/vrx_mj/step` [s]."""
+_LARGEST_TEXT = 1 << 24
+"""Longest URDF or SDF of a boat that joins [characters]."""
 
 
 class Publisher:
@@ -151,13 +163,6 @@ class Publisher:
                 self._batch.append(Sent(output, message, time))
 
 
-_STEP = "/vrx_mj/step"
-"""The service by which time goes on where no topics are listed."""
-
-MOST_ANSWERS = 1024
-"""Answers of one topic that wait for their clock, at most."""
-
-
 class Lockstep:
     """Answers by topic; each clock takes one of each, in the order in which they came."""
 
@@ -188,20 +193,12 @@ class Lockstep:
     def missing(self) -> tuple[str, ...]:
         """What time waits for: topics, or the service."""
         if not self._answers:
-            return (_STEP,)
+            return (_STEP_SERVICE,)
         return tuple(topic for topic, waiting in self._answers.items() if not waiting)
 
 
 Report = Callable[[str, str], None]
 """Takes a level and a line for people."""
-CLOCK_RATE = 100.0
-"""[Hz] of simulated time: how often the clock is published, and commands are taken."""
-_ALL = 1 << 62
-"""Steps."""
-_LONGEST_STEP = 3600.0
-"""Longest step of the service `/vrx_mj/step` [s]."""
-_LARGEST_TEXT = 1 << 24
-"""Characters of a URDF or SDF that joins, at most."""
 
 
 class Newcomer(NamedTuple):
@@ -341,7 +338,7 @@ class RosServer:
                 self._take(command)
         return self._advance()
 
-    def _advance(self, most: int = _ALL) -> int:
+    def _advance(self, most: int = _ALL_STEPS) -> int:
         sim = self.sim
         then = (sample_number(self._clock_rate, sim.time) + 1) / self._clock_rate
         steps = min(most, steps_to_time(then, sim.time, sim.timestep))

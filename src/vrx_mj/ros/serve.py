@@ -14,7 +14,7 @@ from functools import partial
 from typing import Protocol
 from urllib.parse import urlsplit
 
-from vrx_mj.drive.session import LONGEST, Pacer
+from vrx_mj.drive.session import MAX_LAG, Pacer
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.nmea import PERIOD, RATE, Instruments, Sentence
 from vrx_mj.ros.graph import Graph, Server, Wires
@@ -37,14 +37,38 @@ from vrx_mj.runtime.limits import process_memory
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.signals import handle_signals
 
-SENTENCE = "nmea_msgs/Sentence"
+SENTENCE_TYPE = "nmea_msgs/Sentence"
+"""Type of the messages of sentences."""
 _MOST_CLIENTS = 64
+"""Largest number of clients."""
 MOST_SENTENCES = 1000
-"""Sentences that wait for a client that does not read, at most: the oldest go first."""
-_HELD = 1 << 14
-"""Bytes that wait in a connection itself, about."""
-_EVERYBODY = "255.255.255.255"
-"""Where UDP goes if all networks are listened on."""
+"""Largest number of sentences that wait for a slow client: the oldest are dropped first."""
+_SEND_BUFFER = 1 << 14
+"""Approximate size of the send buffer of a connection [bytes]."""
+_BROADCAST = "255.255.255.255"
+"""Address to which UDP is sent if all networks are listened on."""
+_KB, _MB = 1e3, 1e6
+"""Units of data rates [bytes]."""
+_BUDGET = 0.05
+"""Wall time of physics after which incoming messages are handled again [s]."""
+_LONGEST_WAIT = 0.02
+"""Longest wait until the wall clock is checked again [s of wall time]."""
+BURST = 2
+"""Largest number of ticks of the clock that follow each other at once, or ..."""
+_LATENCY = 0.005
+"""... the wall time of these ticks [s], where ticks are shorter than it takes to wake up."""
+CATCHING_UP = 1.2
+"""Factor of the pace at which lost time is made up."""
+_REPORTED_LAG = 0.2
+"""Lost wall time above which it is reported [s]."""
+STATUS_PERIOD = 1.0
+"""Wall time between two lines of status [s]."""
+_CMD_VEL_NOTES: Mapping[CmdVel, str] = {
+    "thrust": "cmd_vel sets thrust, as VRX's twist2thrust; with --cmd-vel velocity it sets a velocity to hold",
+    "velocity": "cmd_vel sets a velocity [m/s, rad/s] to hold; with --cmd-vel thrust it is VRX's twist2thrust",
+    "off": "cmd_vel is not subscribed to; with --cmd-vel thrust it is VRX's twist2thrust",
+}
+"""What velocity commands do, by mode, in messages."""
 
 
 def nmea_topics(boat: str) -> tuple[str, str]:
@@ -56,11 +80,11 @@ def nmea_outputs(instruments: Instruments, boat: str) -> Iterator[Output]:
     """These topics, a message for each sentence."""
     made = (instruments.sentences, RATE), (instruments.reports, 1.0 / PERIOD)
     for name, (ask, rate) in zip(nmea_topics(boat), made, strict=True):
-        yield Output(name, SENTENCE, partial(_messages, ask, boat), rate, dialects=BOTH, recorded="nowhere")
+        yield Output(name, SENTENCE_TYPE, partial(_messages, ask, boat), rate, dialects=BOTH, recorded="nowhere")
 
 
 def _messages(ask: Callable[[str], Sequence[Sentence]], boat: str) -> list[Message]:
-    return [new(SENTENCE, header=header(one.time, one.frame or boat), sentence=one.text) for one in ask(boat)]
+    return [new(SENTENCE_TYPE, header=header(one.time, one.frame or boat), sentence=one.text) for one in ask(boat)]
 
 
 class Nmea:
@@ -92,7 +116,7 @@ class Nmea:
         for opened in (self._tcp, self._udp):
             opened.setblocking(False)
         here, self.port = self._tcp.getsockname()[:2]
-        self._to = _EVERYBODY if is_wildcard(self._host) else here
+        self._to = _BROADCAST if is_wildcard(self._host) else here
         return [f"NMEA of {self._boat}: TCP port {self.port} of {self._host}, UDP to port {self.port} of {self._to}"]
 
     def offer(self, table: RosInterface) -> None:
@@ -132,7 +156,7 @@ class Nmea:
             while len(self._clients) < _MOST_CLIENTS:
                 client, _ = self._tcp.accept()
                 client.setblocking(False)
-                client.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _HELD)
+                client.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER)
                 self._clients[client] = Outbox(self._counts, MOST_SENTENCES, lambda: None)
 
     def _flush(self, client: socket.socket) -> None:
@@ -149,9 +173,6 @@ class Nmea:
             self._clients.pop(client).forget()
             self._rests.pop(client)
             client.close()
-
-
-_KB, _MB = 1e3, 1e6
 
 
 class Autopilots(Protocol):
@@ -229,22 +250,6 @@ class Meter:
     def _now(self) -> tuple[float, float, float, int]:
         sent = sum(transport.traffic.sent for transport in self._transports)
         return time.perf_counter(), self._server.sim.time, time.process_time(), sent
-
-
-_BUDGET = 0.05
-"""Wall time [s] of physics after which what came in is looked at again."""
-_LONGEST_WAIT = 0.02
-"""Wall time [s] that is waited at most before the clock on the wall is looked at again."""
-BURST = 2
-"""Ticks of the clock that follow each other at once, at most, ..."""
-_LATENCY = 0.005
-"""... or of so much wall time [s], where ticks are shorter than it takes to be woken."""
-CATCHING_UP = 1.2
-"""Times the pace at which lost time is made up."""
-_BEHIND = 0.2
-"""Lost wall time [s] from which on it is reported."""
-STATUS_PERIOD = 1.0
-"""Wall time between two lines of status [s]."""
 
 
 @dataclass(frozen=True)
@@ -443,11 +448,11 @@ class _Loop:
     def _keep_pace(self, report: Report) -> None:
         begun = time.perf_counter()
         due = self._pacer.due(begun)
-        self._owed = min(self._owed + due, LONGEST * self._per_second)
+        self._owed = min(self._owed + due, MAX_LAG * self._per_second)
         self._allowed = min(self._allowed + CATCHING_UP * due * self._clock_rate / self._per_second, self._burst)
-        if self._owed > _BEHIND * self._per_second and not self._is_behind:
+        if self._owed > _REPORTED_LAG * self._per_second and not self._is_behind:
             self._is_behind = True
-            way = f"catching up at {CATCHING_UP:g} times the pace; lag beyond {LONGEST:g} s is dropped"
+            way = f"catching up at {CATCHING_UP:g} times the pace; lag beyond {MAX_LAG:g} s is dropped"
             report("WARN", f"behind the pace by {self._owed / self._per_second:.1f} s: {way}")
         while (
             self._owed > 0.0 and self._allowed >= 1.0 and time.perf_counter() - begun < _BUDGET and not self._is_over()
@@ -508,13 +513,6 @@ def _open(transports: Sequence[Transport]) -> Iterator[list[str]]:
         yield lines
 
 
-_CMD_VEL: Mapping[CmdVel, str] = {
-    "thrust": "cmd_vel sets thrust, as VRX's twist2thrust; with --cmd-vel velocity it sets a velocity to hold",
-    "velocity": "cmd_vel sets a velocity [m/s, rad/s] to hold; with --cmd-vel thrust it is VRX's twist2thrust",
-    "off": "cmd_vel is not subscribed to; with --cmd-vel thrust it is VRX's twist2thrust",
-}
-
-
 def _greet(server: RosServer, wanted: Wanted, report: Report) -> None:
     sim, tables = server.sim, server.tables
     boats = ", ".join(sim.boats) if len(sim.boats) <= 8 else f"{sim.boats[0]} ... {sim.boats[-1]}"
@@ -524,7 +522,7 @@ def _greet(server: RosServer, wanted: Wanted, report: Report) -> None:
         names = " by VRX 3's names" if dialect == "vrx3" else ""
         counts = f"{len(table.outputs)} topics out{names}, {len(table.inputs)} in, {len(table.services)} services"
         report("INFO", f"{counts}; cameras and lidars are rendered only while they have subscribers")
-    report("INFO", _CMD_VEL[wanted.cmd_vel])
+    report("INFO", _CMD_VEL_NOTES[wanted.cmd_vel])
     if wanted.lockstep is not None:
         topics = ", ".join(wanted.lockstep) or "/vrx_mj/step alone"
         report("INFO", f"lockstep: time waits for {topics}")

@@ -22,8 +22,9 @@ from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.timing import Schedule
 
 _TIMEOUT = 1.0
-"""For how long a `cmd_vel` is kept [s], as thrusts are."""
-_OFF = ("off", "none", "stop")
+"""Time for which a `cmd_vel` holds [s], as thrusts do."""
+_OFF_WORDS = ("off", "none", "stop")
+"""Words that turn a mode off."""
 
 
 class _VelocityOrder(NamedTuple):
@@ -129,7 +130,7 @@ def parse_formation(text: str) -> dict[str, Any] | None:
     Raises:
         CommandError: it is neither.
     """
-    if text.strip().lower() in _OFF:
+    if text.strip().lower() in _OFF_WORDS:
         return None
     given = _from_json(text) if text.lstrip().startswith("{") else _from_words(text)
     for key in given:

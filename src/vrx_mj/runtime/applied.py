@@ -12,11 +12,11 @@ from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError
 from vrx_mj.runtime.simulation import Simulation
 
-STRONGEST = 100.0
-"""Acceleration that may be asked for by all together [m/s^2, rad/s^2], with mass and inertia without those of water."""
-FASTEST = 10.0
+MAX_ACCELERATION = 100.0
+"""Largest acceleration by all applied forces together [m/s2, rad/s2], with mass and inertia without those of water."""
+MAX_SPEED = 10.0
 """Speed [m/s, rad/s] beyond which a body is not pushed on: a state that diverges would end the run."""
-MOST = 256
+MAX_FORCES = 256
 """Largest number of forces that are applied or wait."""
 
 
@@ -61,16 +61,16 @@ class AppliedForces:
         """
         if not (np.isfinite(force.values).all() and math.isfinite(force.begins) and not math.isnan(force.ends)):
             raise CommandError(f"invalid force on {force.title}: finite numbers are needed")
-        if len(self._forces) >= MOST:
-            raise CommandError(f"{MOST} forces are already applied")
+        if len(self._forces) >= MAX_FORCES:
+            raise CommandError(f"{MAX_FORCES} forces are already applied")
         self._refresh()
         asked = self._accelerations([*self._forces, force])
         moved = asked[-1] != 0.0
         if not moved.any() and force.values.any():
             raise CommandError(f"{force.title} cannot move")
         strongest = np.abs(asked[:, moved]).sum(axis=0).max(initial=0.0)
-        if not strongest <= STRONGEST:
-            most = f"at most {STRONGEST:g} m/s^2 or rad/s^2 are allowed"
+        if not strongest <= MAX_ACCELERATION:
+            most = f"at most {MAX_ACCELERATION:g} m/s^2 or rad/s^2 are allowed"
             raise CommandError(f"the force would accelerate {force.title} by {strongest:.3g}: {most}")
         begins = max(force.begins, self._sim.time)
         ends = max(force.ends + begins - force.begins, begins + self._sim.timestep)
@@ -98,8 +98,8 @@ class AppliedForces:
         push = np.zeros(self._sim.model.nv)
         for one in [one for one in self._forces if time >= one.begins]:
             own = self._generalized_force(one)
-            if np.abs(data.qvel[own != 0.0]).max(initial=0.0) > FASTEST:
-                self._end([one], f"it is faster than {FASTEST:g} m/s or rad/s")
+            if np.abs(data.qvel[own != 0.0]).max(initial=0.0) > MAX_SPEED:
+                self._end([one], f"it is faster than {MAX_SPEED:g} m/s or rad/s")
             else:
                 push += own
         before = data.qfrc_applied.copy()
@@ -121,7 +121,7 @@ class AppliedForces:
         mujoco.mj_comPos(self._sim.model, self._scratch)
 
     def _accelerations(self, forces: Sequence[AppliedForce]) -> FloatArray:
-        """(n, nv) what each of them would do alone."""
+        """Accelerations by each of them alone, (n, nv)."""
         pushes = np.array([self._generalized_force(one) for one in forces])
         asked = np.empty_like(pushes)
         mujoco.mj_makeM(self._sim.model, self._scratch)
@@ -130,7 +130,7 @@ class AppliedForces:
         return asked
 
     def _generalized_force(self, force: AppliedForce) -> FloatArray:
-        """(nv,) what MuJoCo's degrees of freedom get of it."""
+        """Its force on MuJoCo's degrees of freedom, (nv,)."""
         model, push = self._sim.model, np.zeros(self._sim.model.nv)
         if force.joint:
             push[model.jnt_dofadr[model.joint(force.joint).id]] = force.values[0]

@@ -55,10 +55,10 @@ from vrx_mj.runtime.views import ARRAYS, STATE
 from vrx_mj.runtime.warmup import compile_notice
 from vrx_mj.signals import check_exit, delays_exit
 
-_SLICE = 0.05
-"""Wall time of a call into the loop, about [s]: Ctrl-C acts between two."""
-_MOST = 10**6
-"""Rows, or threads, of a batch."""
+_CALL_TIME = 0.05
+"""Wall time of one call of the compiled loop [s]: Ctrl-C works between two."""
+_MAX_ROWS = 10**6
+"""Largest number of rows, and of threads, of a batch."""
 
 Engine = Literal["mujoco", "free"]
 """What integrates the rows of a batch."""
@@ -103,8 +103,8 @@ class Batch:
             value = as_number(count)
             if not isinstance(count, Real) or not value >= 1 or value % 1 != 0:
                 raise CommandError(f"invalid {name} {quote(count)}: a whole number above 0 is needed")
-            if value > _MOST:
-                raise CommandError(f"invalid {name} {quote(count)}: at most {_MOST} are possible")
+            if value > _MAX_ROWS:
+                raise CommandError(f"invalid {name} {quote(count)}: at most {_MAX_ROWS} are possible")
         if world.parameters.task:
             text = 'compile it without one, {"extends": name, "task": None}'
             raise CommandError(f"the world {world.name} has a task, and a Batch has no referee: {text}")
@@ -289,7 +289,7 @@ class Batch:
         before = self.diverged
         while True:
             check_exit()
-            count = min(left, max(1, int(_SLICE * self.threads / (self._pace * self.n))))
+            count = min(left, max(1, int(_CALL_TIME * self.threads / (self._pace * self.n))))
             turns = min(self._pool.turns(self.n, count * self._pace), max(count, 1))
             work = partial(self._advance, steps=count // turns)
             begun = clock.perf_counter()

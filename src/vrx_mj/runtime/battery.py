@@ -9,6 +9,7 @@ from vrx_mj.model.boats import Battery
 from vrx_mj.runtime.simulation import Simulation
 
 _HOUR = 3600.0
+"""Seconds in an hour."""
 
 
 class Charge:

@@ -14,7 +14,10 @@ from vrx_mj.runtime.loop_arrays import LoopArrays
 Commands = Mapping[str, Mapping[str, float]]
 """Boat -> {thruster: command, or thruster_angle: rad}."""
 
-ANGLE = "_angle"
+ANGLE_SUFFIX = "_angle"
+"""Suffix of a thruster's name in the command of its angle."""
+_EXAMPLE = 'as in {"wamv1": {"left": 0.5, "left_angle": 0.1}}'
+"""Example of commands, in messages."""
 
 
 class Channel(NamedTuple):
@@ -61,7 +64,7 @@ def channels_of(world: World) -> tuple[Channel, ...]:
         boat, name, angle = world.boats[given.hull], given.name, given.max_angle
         if not given.is_blade:
             pushing.append(Channel(boat, name, number, "command", given.command_limits, given.timeout))
-        steering.append(Channel(boat, name + ANGLE, number, "angle_target", (-angle, angle), given.timeout))
+        steering.append(Channel(boat, name + ANGLE_SUFFIX, number, "angle_target", (-angle, angle), given.timeout))
     return (*pushing, *steering)
 
 
@@ -69,8 +72,8 @@ def clipped_commands(world: World, boat: str, commands: Mapping[str, float]) -> 
     """Commands beyond what a boat's thrusters do: the name of each, and what becomes of it."""
     own = {thruster.name: thruster for thruster in world.parameters.thrusters_of(boat)}
     for name, value in commands.items():
-        angle = name.endswith(ANGLE)
-        thruster = own.get(name.removesuffix(ANGLE))
+        angle = name.endswith(ANGLE_SUFFIX)
+        thruster = own.get(name.removesuffix(ANGLE_SUFFIX))
         if thruster is None:
             continue
         least, most = (-thruster.max_angle, thruster.max_angle) if angle else thruster.command_limits
@@ -151,6 +154,3 @@ class CommandNames:
                 channel = self._channels[boat][name]
                 checked.append((channel, channel.number(value)))
         return checked
-
-
-_EXAMPLE = 'as in {"wamv1": {"left": 0.5, "left_angle": 0.1}}'

@@ -16,9 +16,9 @@ from vrx_mj.runtime.effects import EFFECTS, Hulls, hull_loads, hull_loads_vrx
 from vrx_mj.runtime.loop_arrays import LoopArrays, Run
 from vrx_mj.runtime.views import ARRAYS, STATE
 
-_NAMES = {RUDDER: "rudder", SAIL: "sail"}
+_ANGLE_EFFECTS = {RUDDER: "rudder", SAIL: "sail"}
 """Effects of what takes an angle alone, by its mapping; all others are thrust."""
-_APPLIED = ("xfrc_applied", "qfrc_applied")
+_APPLIED_ARRAYS = ("xfrc_applied", "qfrc_applied")
 """Arrays of MuJoCo's data that the push of a hull writes."""
 
 
@@ -32,7 +32,7 @@ class Forces(dict[str, FloatArray]):
 
     @property
     def total(self) -> FloatArray:
-        """(6,): the sum of all that acts from outside."""
+        """Sum of all that acts from outside, (6,)."""
         total: FloatArray = np.sum(list(self.values()), axis=0)
         return total
 
@@ -42,7 +42,7 @@ class RunCopy:
 
     def __init__(self, arrays: LoopArrays) -> None:
         named = arrays.by_name(np.zeros(3, np.int64), np.zeros((0, 0)))
-        changed = [name for name in named if ARRAYS[name].use == STATE or name in _APPLIED]
+        changed = [name for name in named if ARRAYS[name].use == STATE or name in _APPLIED_ARRAYS]
         self._own, self._copies = named, {name: named[name].copy() for name in changed}
         self._run = Run(arrays.model, arrays.contact_free, arrays.data).lead_to(named | self._copies)
 
@@ -86,7 +86,7 @@ def _thrusts(arrays: LoopArrays, hull: Record, body: Motion, states: Table) -> d
     start = int(hull["thruster_start"])
     for row in range(start, start + int(hull["thruster_count"])):
         thruster, state = arrays.thrusters[row], states[row]
-        name = _NAMES.get(int(thruster["mapping"]), "thrust")
+        name = _ANGLE_EFFECTS.get(int(thruster["mapping"]), "thrust")
         along = state["applied"] if name == "sail" else 0.0
         push = thruster_wrench(thruster, hull, body, state["thrust"], state["angle"], along)
         wrenches[name] = add(wrenches.get(name, zero_wrench()), push)

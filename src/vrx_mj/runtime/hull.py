@@ -16,6 +16,10 @@ from vrx_mj.physics.thrust import advance_thrust, force_point, measured_thrust, 
 from vrx_mj.runtime.loop_arrays import LoopArrays
 
 _Six = tuple[float, float, float, float, float, float]
+_SAMPLES = 401
+"""Number of commands at which the mapping is tabulated."""
+_MAPPING_FIELDS = ("mapping", "max_command", "max_forward", "max_reverse")
+"""Fields of a thruster's row that its mapping depends on."""
 
 
 @dataclass(frozen=True)
@@ -137,11 +141,7 @@ def _rudder(name: str, row: Record) -> Rudder:
     return Rudder(name, (float(x), float(y), float(z)), float(row["max_angle"]), pressure, share, inertia)
 
 
-_SAMPLES = 401
-"""Commands at which the mapping is tabulated."""
 _Mapping = tuple[FloatArray, FloatArray, FloatArray]
-_DRIVE = ("mapping", "max_command", "max_forward", "max_reverse")
-"""Fields of a thruster's row that its mapping depends on."""
 
 
 @dataclass(frozen=True)
@@ -220,7 +220,7 @@ def energy_of(arrays: LoopArrays, boat: str, index: int, states: Table) -> Float
 def _thruster(name: str, arrays: LoopArrays, number: int) -> Propeller:
     row, water = arrays.thrusters[number], None
     if row["measured"] < 0:
-        commands, forces, rising = _mapping_table(**{field: row[field].item() for field in _DRIVE})
+        commands, forces, rising = _mapping_table(**{field: row[field].item() for field in _MAPPING_FIELDS})
     else:
         own = arrays.propellers[row["measured"]]
         if own["quadrant_count"] or own["vanishing_speed"] < np.inf:

@@ -11,8 +11,14 @@ from pathlib import Path
 
 import psutil
 
-_ROOT = Path("/")
-"""Where `sys/fs/cgroup` is; Linux has it."""
+_CGROUP_ROOT = Path("/")
+"""Folder of `sys/fs/cgroup`; Linux has it."""
+_PIECES_PER_THREAD = 4
+"""Number of pieces per thread: rows take different times, and a thread that is done takes the next piece."""
+_MIN_PIECE_ROWS, _MIN_PIECE_TIME = 8, 1e-3
+"""Least number of rows of a piece, or least time [s]: each piece costs some 50 microseconds."""
+_MAX_TURNS = 8
+"""Largest number of turns in which few rows are taken: three rows use two threads so."""
 
 
 def process_memory() -> float:
@@ -30,7 +36,7 @@ def processor() -> str:
         return platform.processor()
 
 
-def free_memory(root: Path = _ROOT) -> float:
+def free_memory(root: Path = _CGROUP_ROOT) -> float:
     """Memory [bytes] that is free for this process."""
     group = root / "sys/fs/cgroup"
     known = [float(psutil.virtual_memory().available)]
@@ -43,14 +49,14 @@ def free_memory(root: Path = _ROOT) -> float:
     return min(known)
 
 
-def total_memory(root: Path = _ROOT) -> float:
+def total_memory(root: Path = _CGROUP_ROOT) -> float:
     """Memory [bytes] that this process may take at most, free or not."""
     group = root / "sys/fs/cgroup"
     known = (_first(group / name) for name in ("memory.max", "memory/memory.limit_in_bytes"))
     return min([float(psutil.virtual_memory().total), *(most for most in known if most is not None)])
 
 
-def core_share(root: Path = _ROOT) -> tuple[int, float]:
+def core_share(root: Path = _CGROUP_ROOT) -> tuple[int, float]:
     """Cores that this process may run on, and how many of them the container lets it use at a time."""
     count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     group = root / "sys/fs/cgroup"
@@ -83,13 +89,6 @@ def _first(file: Path, index: int = 0) -> float | None:
         return None
 
 
-_PIECES = 4
-"""Pieces for each thread: rows do not all take the same time, and a thread that is done takes the next."""
-_SMALLEST, _SHORTEST = 8, 1e-3
-"""Rows of a piece or its time [s], at least: to begin one takes some 50 microseconds."""
-_TURNS = 8
-"""Turns, at most, that few rows take one after the other: three rows use two threads so."""
-
 _Work = Callable[[int, int], None]
 _Piece = tuple[int, int, int]
 """First row, the one after the last, and how many turns are left."""
@@ -106,8 +105,8 @@ class ThreadPool:
 
     def turns(self, rows: int, seconds: float) -> int:
         """Turns that rows take best, each of `seconds` of work: several where there are few of them for the threads."""
-        few = self.threads > 1 and rows < _PIECES * self.threads
-        return min(max(int(seconds / _SHORTEST), 1), _TURNS) if few else 1
+        few = self.threads > 1 and rows < _PIECES_PER_THREAD * self.threads
+        return min(max(int(seconds / _MIN_PIECE_TIME), 1), _MAX_TURNS) if few else 1
 
     def share(self, rows: int, work: _Work, seconds: float = 0.0, turns: int = 1) -> None:
         """Call `work(first, last)` for pieces that make up all rows, and wait until all are done, Ctrl-C or not.
@@ -116,8 +115,8 @@ class ThreadPool:
         """
         if self._process != os.getpid():
             self._start_threads()  # threads do not live on in a forked process
-        smallest = min(_SMALLEST, int(_SHORTEST / seconds) + 1) if seconds else _SMALLEST
-        size = max(smallest, -(-rows // (_PIECES * self.threads)))
+        smallest = min(_MIN_PIECE_ROWS, int(_MIN_PIECE_TIME / seconds) + 1) if seconds else _MIN_PIECE_ROWS
+        size = max(smallest, -(-rows // (_PIECES_PER_THREAD * self.threads)))
         pieces = deque((first, min(first + size, rows), turns) for first in range(0, rows, size))
         helpers = min(self.threads, len(pieces)) - 1
         for _ in range(helpers):

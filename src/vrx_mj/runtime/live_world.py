@@ -26,7 +26,7 @@ from vrx_mj.model.world import checked_parameters
 from vrx_mj.runtime.commands import CommandNames
 from vrx_mj.runtime.forces import RunCopy
 from vrx_mj.runtime.hull import Hull, Propeller, hull_of, thrusters
-from vrx_mj.runtime.loop import HUGE, LOOPS
+from vrx_mj.runtime.loop import LOOPS, MAX_STATE
 from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.observation import BoatObservation
 from vrx_mj.runtime.sensing import Displays, Sensing
@@ -47,6 +47,13 @@ from vrx_mj.runtime.warmup import compile_notice
 from vrx_mj.runtime.weather import Sea, Wind
 from vrx_mj.signals import check_exit
 from vrx_mj.tasks.referee import Action, LightUp, PlaceObject, Release, SetPinger, ShowSymbol
+
+_CALL_TIME = 0.05
+"""Wall time of one call of the compiled loop [s], so that Ctrl-C works."""
+_DRAIN_PERIOD = 0.5
+"""Wall time [s] after which sampled rows go to the recorders."""
+_AT_REST = (0.0,) * 6
+"""Velocity of an object that a task has placed."""
 
 
 class FreeBodies:
@@ -73,7 +80,7 @@ class FreeBodies:
         self._fixed = {name: np.array([*pose[:3], *quaternion(*pose[3:])]) for name, pose in fixed.items()}
 
     def pose(self, name: str) -> FloatArray:
-        """(7,): position [m] and quaternion (w, x, y, z) of a link's origin, or of a dock's frame."""
+        """Position [m] and quaternion (w, x, y, z), (7,), of a link's origin, or of a dock's frame."""
         if name in self._fixed:
             return self._fixed[name]
         qpos, _ = self._address[name]
@@ -97,9 +104,9 @@ class FreeBodies:
     def set_motion(self, name: str, pose: Sequence[float] | None, velocity: Sequence[float] | None) -> None:
         """Set pose [m, rad, ENU] and velocity [m/s, rad/s, body axes] of a link's origin."""
         qpos, dof = self._address[name]
-        motion = None if velocity is None else as_numbers(f"velocity of {name}", velocity, 6, HUGE)
+        motion = None if velocity is None else as_numbers(f"velocity of {name}", velocity, 6, MAX_STATE)
         if pose is not None:
-            write_pose(self._data.qpos, qpos, as_numbers(f"pose of {name}", pose, 6, HUGE))
+            write_pose(self._data.qpos, qpos, as_numbers(f"pose of {name}", pose, 6, MAX_STATE))
         if motion is not None:
             turn = self._data.qpos[qpos + 3 : qpos + 7]
             self._data.qvel[dof : dof + 3] = in_world_axes(turn, np.array(motion[:3]))
@@ -144,13 +151,6 @@ def write_pose(qpos: FloatArray, at: int, pose: Sequence[float]) -> None:
     qpos[at : at + 3] = pose[:3]
     qpos[at + 3 : at + 7] = quaternion(*pose[3:])
 
-
-_SLICE = 0.05
-"""Wall time [s] of one call of the compiled loop, so that Ctrl-C works."""
-_DRAIN = 0.5
-"""Wall time [s] after which sampled rows go to the recorders."""
-_AT_REST = (0.0,) * 6
-"""Velocity of an object that a task has placed."""
 
 _Six = Sequence[float] | None
 
@@ -256,7 +256,7 @@ class LiveWorld:
             check_exit()
             second = steps_to_multiple(now, timestep, self._second)
             heard = min(self.subscriptions.steps(now), self.task_runner.steps(now))
-            count = min(left, second, max(1, int(_SLICE / self._pace)), heard)
+            count = min(left, second, max(1, int(_CALL_TIME / self._pace)), heard)
             begun = clock.perf_counter()
             with without_timers:
                 done = int(self._loop(self._run.table, 0, now, timestep, count))
@@ -268,7 +268,7 @@ class LiveWorld:
             if done:
                 self._pace += 0.2 * ((clock.perf_counter() - begun) / done - self._pace)
             left -= done
-            if done < count or begun - self._drained > _DRAIN:
+            if done < count or begun - self._drained > _DRAIN_PERIOD:
                 self.sampler.drain()
                 self._drained = begun
             if (decision := self.task_runner.look(now)) is not None:

@@ -37,13 +37,14 @@ from vrx_mj.runtime.proximity import contact_free, touch_begins
 from vrx_mj.runtime.timing import latch
 from vrx_mj.runtime.views import Views, views
 
-HUGE = 1e7
+MAX_STATE = 1e7
 """A state beyond this [m, m/s, rad/s] has diverged."""
 
-_PASSES, _SETTLED = 20, 1e-9
+_MAX_PASSES, _MOMENT_TOLERANCE = 20, 1e-9
 """Largest number of passes in the search for moments of added mass, and the change [N m] with which it ends."""
 
 _STRIDE, _COUNTDOWN, _FILLED = 0, 1, 2
+"""Columns of the sampling table, as in `subscriptions.py`."""
 
 
 def _stage(name: str) -> types.ExternalFunction:
@@ -99,7 +100,7 @@ def advance_vrx_sea(runs: Table, row: int, time: float, dt: float, steps: int) -
 
 
 LOOPS = advance, advance_vrx, advance_vrx_sea
-"""For `LoopArrays.loop`."""
+"""The loops, by the number in `LoopArrays.loop`."""
 
 
 @expanded_kernel
@@ -257,7 +258,7 @@ def _turn_by_added_mass(
     A hull whose moment is settled keeps it, however long others take: it moves as if it were alone.
     """
     moments = np.zeros((hulls.size, 3))
-    for _ in range(_PASSES):
+    for _ in range(_MAX_PASSES):
         moving = False
         for i in range(hulls.size):
             hull, dof = hulls[i], hulls[i].dof
@@ -265,7 +266,7 @@ def _turn_by_added_mass(
                 acceleration = qacc_smooth[dof], qacc_smooth[dof + 1], qacc_smooth[dof + 2]
                 x, y, z = added_moment(hull, motion(qpos, qvel, hull.qpos, dof), acceleration)
                 more = Wrench(0.0, 0.0, 0.0, x - moments[i, 0], y - moments[i, 1], z - moments[i, 2])
-                if max(abs(more.tx), abs(more.ty), abs(more.tz)) >= _SETTLED:
+                if max(abs(more.tx), abs(more.ty), abs(more.tz)) >= _MOMENT_TOLERANCE:
                     _apply_more(xfrc_applied, hull.body, more)
                     moments[i, 0], moments[i, 1], moments[i, 2] = x, y, z
                     moving = True
@@ -386,12 +387,12 @@ def _note_touches(sensordata: FloatArray, touches: FloatArray, time: float) -> N
 
 @kernel
 def _has_diverged(qpos: FloatArray, qvel: FloatArray) -> bool:
-    """Whether any coordinate or velocity is NaN or beyond `HUGE`."""
+    """Whether any coordinate or velocity is NaN or beyond `MAX_STATE`."""
     fine = True
     for value in qpos:
-        fine &= abs(value) < HUGE
+        fine &= abs(value) < MAX_STATE
     for value in qvel:
-        fine &= abs(value) < HUGE
+        fine &= abs(value) < MAX_STATE
     return not fine
 
 

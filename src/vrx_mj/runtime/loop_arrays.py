@@ -26,7 +26,7 @@ from vrx_mj.physics.raft import RAFT_WORK
 from vrx_mj.physics.tables import MARINE, VRX3, Record, Table
 from vrx_mj.physics.waves import random_phases
 from vrx_mj.physics.wind import Areas, WindageRow, blendermann_curve, three_number_curve, windage_rows
-from vrx_mj.runtime.loop import HUGE
+from vrx_mj.runtime.loop import MAX_STATE
 from vrx_mj.runtime.mounted import Mounted, mounted_sensors, start_marks
 from vrx_mj.runtime.proximity import BROADPHASE, is_unconstrained, movers, obstacles
 from vrx_mj.runtime.timing import SampleClocks
@@ -46,12 +46,13 @@ MODEL_ARRAYS = (
 
 _T = TypeVar("_T")
 _NO_JOINT, _NO_ROW = -1, -1
+"""Rows of a part without a joint, and without a row."""
 _SWITCHES = ("held", "fresh")
 """Columns of the tables of state that are 0 or 1."""
 _LOCK = "lock"
-"""Equality constraints that hold a boat are called by this and its name."""
+"""First word of the name of the equality constraint that holds a boat; the boat's name follows."""
 _NEVER = -1.0
-"""Time [s] of a touch that was not."""
+"""Time of a touch that did not happen [s]."""
 
 
 def is_valid_column(name: str, values: npt.NDArray[Any], waypoints: IntArray) -> bool:
@@ -416,8 +417,8 @@ class LoopArrays:
         if len(flat) != needed:
             raise StateError(f"the state has {len(flat)} numbers of MuJoCo instead of {needed}")
         moving = flat[1 : 1 + self.model.nq + self.model.nv]  # after the time
-        if (np.abs(moving) >= HUGE).any():
-            raise StateError(f"the state has a position or velocity beyond {HUGE:g}")
+        if (np.abs(moving) >= MAX_STATE).any():
+            raise StateError(f"the state has a position or velocity beyond {MAX_STATE:g}")
         size = sum(table.nbytes for table in self.state_tables)
         if len(block) < size:
             raise StateError(f"the state has {len(block)} bytes of tables instead of {size}")
@@ -442,8 +443,8 @@ class LoopArrays:
         """What sensors latched is not huge; what counts shots, or names what is shown, is in its range."""
         devices, _, latched = self.sample_clocks.parts(block)
         place = self.model.nq + self.model.nv
-        if (np.abs(latched[..., :place]) >= HUGE).any():
-            raise StateError(f"the state has a sensor time beyond {HUGE:g}")
+        if (np.abs(latched[..., :place]) >= MAX_STATE).any():
+            raise StateError(f"the state has a sensor time beyond {MAX_STATE:g}")
         then = latched[..., place:].reshape(2 * len(latched), len(devices))  # a clock keeps two moments
         rows = np.concatenate((devices[None], then))
         for sensor in self.sensors:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from vrx_mj.sensors.readings import Reading
 
 TASK = "task"
-"""The key of the task among the observations and the commands, which no boat may be called by."""
+"""Key of the task in observations and commands; no boat may have this name."""
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,10 @@ from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.tables import Record, Table
 
-_SLACK = 0.05
+_MARGIN = 0.05
 """Added to every radius [m]: geoms may have a margin."""
-REACH = 20.0
-"""Distances beyond this [m] count as this."""
+MAX_DISTANCE = 20.0
+"""Distances are found up to this [m]."""
 
 MOVER = np.dtype(
     [("qpos", np.int64), ("middle", np.float64, (3,)), ("radius", np.float64), ("seen", np.float64, (3,))], align=True
@@ -34,8 +34,8 @@ BROADPHASE = np.dtype(
 )
 """What the last look found: the least distance [m], and how many steps to wait for another if that was none; whether
 the model without shapes is unconstrained; and whether the loop is to return at the next touch of a boat."""
-_WAIT = 25
-"""Steps between looks while something is near."""
+_CHECK_PERIOD = 25
+"""Number of steps between two checks while something is near."""
 
 
 def movers(model: mujoco.MjModel) -> Table:
@@ -55,7 +55,7 @@ def movers(model: mujoco.MjModel) -> Table:
     bodies = model.geom_bodyid[geoms]
     rows = row_of[model.body_rootid[bodies]]
     start = np.where((bodies == model.body_rootid[bodies])[:, None], model.body_ipos[bodies], 0.0)
-    far = reach[bodies] + np.linalg.norm(model.geom_pos[geoms] - start, axis=1) + model.geom_rbound[geoms] + _SLACK
+    far = reach[bodies] + np.linalg.norm(model.geom_pos[geoms] - start, axis=1) + model.geom_rbound[geoms] + _MARGIN
     np.maximum.at(table["radius"], rows[rows >= 0], far[rows >= 0])
     return table
 
@@ -129,7 +129,7 @@ def contact_free(movers: Table, obstacles: Table, qpos: FloatArray, broadphase: 
     for mover in movers:
         mover.seen[0], mover.seen[1], mover.seen[2] = _middle(mover, qpos)
     broadphase.clearance = min(_from_each_other(movers), _from_obstacles(movers, obstacles))
-    broadphase.wait = 0 if broadphase.clearance > 0.0 else _WAIT
+    broadphase.wait = 0 if broadphase.clearance > 0.0 else _CHECK_PERIOD
     return bool(broadphase.clearance > 0.0)
 
 
@@ -149,8 +149,8 @@ def _middle(mover: Record, qpos: FloatArray) -> tuple[float, float, float]:
 
 @kernel
 def _from_each_other(movers: Table) -> float:
-    """Return the least distance [m] between the movers' spheres, `REACH` at most; rows come in order from the west."""
-    least = REACH
+    """Return the least distance [m] between the movers' spheres, at most `MAX_DISTANCE`; rows go from west to east."""
+    least = MAX_DISTANCE
     for i in range(1, movers.size):
         at = i
         while at > 0 and _west_edge(movers[at - 1]) > _west_edge(movers[at]):
@@ -185,8 +185,8 @@ def _swap(a: Record, b: Record) -> None:
 
 @kernel
 def _from_obstacles(movers: Table, obstacles: Table) -> float:
-    """Return the least distance [m] between a mover's sphere and a static box; `REACH` at most."""
-    least = REACH
+    """Return the least distance [m] between a mover's sphere and a static box; `MAX_DISTANCE` at most."""
+    least = MAX_DISTANCE
     for mover in movers:
         for box in obstacles:
             square = 0.0

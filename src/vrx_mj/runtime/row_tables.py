@@ -33,6 +33,37 @@ from vrx_mj.runtime.state import integration_state, set_integration_state
 from vrx_mj.runtime.views import ARRAYS, OWN, PARAMETER, RUN, STATE, point, point_rows
 from vrx_mj.sensors.sea import wave_table
 
+_ROW_MEMORY = 455_000
+"""Memory of any row [bytes]: MuJoCo's `mjData` itself, mostly statistics of its solver; measured with MuJoCo 4.0."""
+_OUT_OF_MEMORY = "Caught an unknown exception!"
+"""Words of the RuntimeError by which MuJoCo's bindings of MuJoCo 4.0 may report a failed allocation."""
+SEPARATE = tuple(name for name, array in ARRAYS.items() if array.use in {STATE, OWN})
+"""Tables of which every row has its own part."""
+_KEPT: Mapping[str, tuple[str, ...]] = {
+    "wind": ("key", "direction", "mean", "gain"), "current": ("key",), "air": ("key",), "gust_bands": ("phase",),
+    "hulls": ("mass",), "thrusters": ("gain",), "sea": (),
+}  # fmt: skip
+"""Tables of the same size in all rows, and their columns that a row's run and its factors set, not its numbers."""
+_STACKED = (*SEPARATE, *_KEPT, "waves")
+"""Tables of which rows may have a part in a stack."""
+_DT = 1e-3
+"""Time between two moments from which a boat's motion with the water is found [s]."""
+_MAX_TILT = 0.5
+"""Largest roll and pitch of a boat at rest on waves [rad]; on steeper waves it starts as in calm water."""
+_MASS_HALVINGS = 20
+"""Halvings of the interval in which the largest mass is sought."""
+_ARGUMENT_COLUMNS: Mapping[str, tuple[str, str]] = {
+    "wind_speed": ("wind", "mean"), "wind_direction": ("wind", "direction"), "gusts": ("wind", "gain"),
+    "waves": ("waves", "amplitude"), "wave_period": ("waves", "frequency"), "wave_band": ("waves", "frequency"),
+    "wave_direction": ("waves", "direction"), "wave_spread": ("waves", "direction"), "wave_phases": ("waves", "phase"),
+    "mass": ("hulls", "mass"), "thrust": ("thrusters", "gain"),
+}  # fmt: skip
+"""Arguments of `Batch.vary`: table and column in which each is, or the product with a factor."""
+_SHARED_ARGUMENTS = {"waves", "wave_period", "wave_band", "wave_direction", "wave_spread"}
+"""Arguments whose column also follows from another argument, or from a number."""
+_NUMBER_ARGUMENTS = {"wind.mean": "wind_speed", "wind.direction": "wind_direction", "wind.gain": "gusts"}
+"""Numbers that are arguments, too, by name."""
+
 
 def check_free(arrays: LoopArrays, name: str) -> None:
     """Check that all that moves in a world are single free bodies.
@@ -76,14 +107,14 @@ def free_bodies(arrays: LoopArrays, model: mujoco.MjModel, hulls: Table, vessels
     for number, item in enumerate([*hulls, *arrays.floats]):
         body, dof, row = int(item["body"]), int(item["dof"]), number - len(hulls)
         rigid = whole[dof : dof + 6, dof : dof + 6]
-        added = _added(item, vessels) if row < 0 else np.zeros((6, 6))
+        added = _water_mass(item, vessels) if row < 0 else np.zeros((6, 6))
         columns = {"body": body, "qpos": item["qpos"], "dof": dof, "float": max(row, -1)}
         weight, pushed = gravity * rigid[0, 0], model.body_ipos[body]
         rows.append(free_body_row(rigid, added, weight=weight, pushed=pushed, **columns))
     return np.concatenate([np.zeros(0, FREE_BODY), *rows])
 
 
-def _added(hull: Record, vessels: Table) -> FloatArray:
+def _water_mass(hull: Record, vessels: Table) -> FloatArray:
     """What water adds to the mass of a hull, (6, 6), with the moment -c x A a of VRX's."""
     if hull["vessel"] >= 0:
         return np.array(vessels[hull["vessel"]]["added_mass"])
@@ -93,27 +124,11 @@ def _added(hull: Record, vessels: Table) -> FloatArray:
     return added
 
 
-_FIXED = 455_000
-"""Memory of any row [bytes]: MuJoCo's `mjData` itself, mostly statistics of its solver; measured with MuJoCo 4.0."""
-_OUT_OF_MEMORY = "Caught an unknown exception!"
-"""Words of the RuntimeError by which MuJoCo's bindings of MuJoCo 4.0 may report a failed allocation."""
-SEPARATE = tuple(name for name, array in ARRAYS.items() if array.use in {STATE, OWN})
-"""Tables of which every row has its own part."""
-_KEPT: Mapping[str, tuple[str, ...]] = {
-    "wind": ("key", "direction", "mean", "gain"), "current": ("key",), "air": ("key",), "gust_bands": ("phase",),
-    "hulls": ("mass",), "thrusters": ("gain",), "sea": (),
-}  # fmt: skip
-"""Tables of the same size in all rows, and their columns that a row's run and its factors set, not its numbers."""
-
-_STACKED = (*SEPARATE, *_KEPT, "waves")
-"""Tables of which rows may have a part in a stack."""
-
-
 def row_bytes(arrays: LoopArrays) -> int:
     """Memory of a row like this run [bytes]."""
     if len(arrays.free_bodies):
         return int(RUN.itemsize + sum(getattr(arrays, name).nbytes for name in SEPARATE))
-    return _FIXED + int(arrays.data.nbuffer)
+    return _ROW_MEMORY + int(arrays.data.nbuffer)
 
 
 def check_memory(n: int, each: int, most: float | None = None) -> None:
@@ -142,7 +157,7 @@ def allocating(n: int, data: mujoco.MjData) -> Iterator[None]:
     except (MemoryError, RuntimeError, mujoco.FatalError) as error:
         if isinstance(error, RuntimeError) and str(error) != _OUT_OF_MEMORY:
             raise
-        each = _FIXED + int(data.nbuffer) + int(data.narena)
+        each = _ROW_MEMORY + int(data.nbuffer) + int(data.narena)
         text = f"{_size(n * each)} of address space are needed, {_size(each)} a row"
         raise CommandError(
             f"no memory for {n} rows: {text}; make fewer rows, or raise the limit (ulimit -v)"
@@ -324,14 +339,6 @@ class RowTables:
         return self._models.get(row, (self.arrays.model,))[0]
 
 
-_LATER = 1e-3
-"""Time between two moments from which a boat's motion with the water is found [s]."""
-_LEAN = 0.5
-"""Largest roll and pitch of a boat at rest on waves [rad]; on steeper ones it starts as on a calm."""
-_HALVINGS = 20
-"""Halvings of the interval in which the largest mass is."""
-
-
 class Equilibrium:
     """Boats of the rows of a batch at rest in the water: with engines, without wind and thrust."""
 
@@ -356,7 +363,7 @@ class Equilibrium:
         found, arrays = np.zeros(len(self._weights)), self._rows.arrays
         for boat, hull in enumerate(arrays.hulls):
             least, most = 0.0, greatest_lift(hull, arrays.stations) / self._weights[boat]
-            for _ in range(_HALVINGS):
+            for _ in range(_MASS_HALVINGS):
                 middle = 0.5 * (least + most)
                 weight, center = middle * self._weights[boat], self._centers[boat]
                 floats = settle(
@@ -385,25 +392,12 @@ class Equilibrium:
             return np.array([x, y, height, 0.0, 0.0, yaw]), velocity
         calm[2] += height - level  # the water's surface is higher here, and leans a little
         now = calm.copy()
-        if not settles(waves, now, time) or np.abs(now[3:5]).max() > _LEAN:
+        if not settles(waves, now, time) or np.abs(now[3:5]).max() > _MAX_TILT:
             return calm, velocity
         later = now.copy()
-        if settles(waves, later, time + _LATER):
-            velocity[2:5] = (later[2:5] - now[2:5]) / _LATER  # tilted by a few degrees, body and world axes are alike
+        if settles(waves, later, time + _DT):
+            velocity[2:5] = (later[2:5] - now[2:5]) / _DT  # tilted by a few degrees, body and world axes are alike
         return now, velocity
-
-
-_COLUMNS: Mapping[str, tuple[str, str]] = {
-    "wind_speed": ("wind", "mean"), "wind_direction": ("wind", "direction"), "gusts": ("wind", "gain"),
-    "waves": ("waves", "amplitude"), "wave_period": ("waves", "frequency"), "wave_band": ("waves", "frequency"),
-    "wave_direction": ("waves", "direction"), "wave_spread": ("waves", "direction"), "wave_phases": ("waves", "phase"),
-    "mass": ("hulls", "mass"), "thrust": ("thrusters", "gain"),
-}  # fmt: skip
-"""Arguments of `Batch.vary`: table and column in which each is, or the product with a factor."""
-_SHARED = {"waves", "wave_period", "wave_band", "wave_direction", "wave_spread"}
-"""Arguments whose column also follows from another argument, or from a number."""
-_WINDS = {"wind.mean": "wind_speed", "wind.direction": "wind_direction", "wind.gain": "gusts"}
-"""Numbers that are arguments, too."""
 
 
 class Variation:
@@ -415,7 +409,7 @@ class Variation:
         arrays = rows.arrays
         self.seas = RowSeas(world.parameters.sea, rows.n)
         wind = arrays.wind[0]
-        self._usual = dict.fromkeys(_COLUMNS, 1.0) | {
+        self._usual = dict.fromkeys(_ARGUMENT_COLUMNS, 1.0) | {
             "wind_speed": float(wind["mean"]), "gusts": float(wind["gain"]), "wave_phases": 0.0,
             "wind_direction": float(np.arctan2(wind["direction"][1], wind["direction"][0])),
             "wave_direction": self.seas.course,
@@ -445,10 +439,10 @@ class Variation:
             with_numbers(self._world.parameters, self._own.get(row, {}) | more, self._numbers)
             for row, more in zip(which.tolist(), own, strict=False)
         ]
-        given = {_WINDS[name]: each[name] for name in _WINDS if name in each} | given
+        given = {_NUMBER_ARGUMENTS[name]: each[name] for name in _NUMBER_ARGUMENTS if name in each} | given
         self._warn_of_no_effect(given)
         for row, more, parameters in zip(which.tolist(), own, worlds, strict=False):
-            self._own[row] |= {name: value for name, value in more.items() if name not in _WINDS}
+            self._own[row] |= {name: value for name, value in more.items() if name not in _NUMBER_ARGUMENTS}
             self._set_tables(row, parameters)
         for name, values in given.items():
             self._values_of(name)[which] = values
@@ -497,13 +491,13 @@ class Variation:
     def differences(self, row: int) -> dict[str, tuple[float, float]]:
         """Values of a row and of the world, of each parameter in which they differ."""
         found = {}
-        for name, (table, column) in _COLUMNS.items():
+        for name, (table, column) in _ARGUMENT_COLUMNS.items():
             own, common = self._rows.part(table, row)[column], getattr(self._rows.arrays, table)[column]
             usual = self._usual[name]
             value = float(self._values[name][row]) if name in self._values else usual
             if name == "wave_phases" and self.seas.drawn[row]:
                 continue
-            if own.tobytes() != common.tobytes() and (name not in _SHARED or value != usual):
+            if own.tobytes() != common.tobytes() and (name not in _SHARED_ARGUMENTS or value != usual):
                 found[name] = value, usual
         for name, value in sorted(self._own.get(row, {}).items()):
             if value != self._numbers[name].value:

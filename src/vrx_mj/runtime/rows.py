@@ -23,7 +23,7 @@ from vrx_mj.physics.tables import Record, Table
 from vrx_mj.physics.vessel import VesselWork
 from vrx_mj.physics.waves import random_heights, random_phases, stretch_waves, surface_height
 from vrx_mj.physics.wind import air_velocity
-from vrx_mj.runtime.loop import HUGE, advance, advance_free, advance_vrx, advance_vrx_sea
+from vrx_mj.runtime.loop import MAX_STATE, advance, advance_free, advance_vrx, advance_vrx_sea
 from vrx_mj.runtime.views import views
 from vrx_mj.sensors.sea import wave_table
 
@@ -31,12 +31,19 @@ Rows = npt.ArrayLike | None
 """Which rows: a mask (n,) of truths, their numbers, or None for all."""
 
 
-_LARGEST = 1e6
+_MAX_VALUE = 1e6
 """Largest value of an argument of `Batch.vary`, in its unit."""
-_LEAST = dict.fromkeys(("wind_direction", "wave_direction", "wind_speed"), -np.inf) | dict.fromkeys(
+_MIN_VALUES = dict.fromkeys(("wind_direction", "wave_direction", "wind_speed"), -np.inf) | dict.fromkeys(
     ("mass", "wave_period"), float(np.nextafter(0.0, 1.0))
 )
-"""Least values of its arguments; of all others 0."""
+"""Least values of the arguments of `Batch.vary`; of all others 0."""
+FEATURES = 13
+"""Number of values of a boat: position (3) [m, ENU], quaternion (4), velocity [m/s] and angular velocity [rad/s], body
+axes."""
+_CHANGE_FIELDS = {"waves": "amplitude", "wave_period": "period", "wave_band": "band", "wave_spread": "spread"}
+"""Columns of `_CHANGE` by what `Batch.vary` calls them."""
+_LENGTH_ARGUMENTS = ("wave_period", "wave_band")
+"""Arguments that change wavelengths, by the dispersion of deep water."""
 
 
 def which_rows(n: int, rows: Rows) -> IntArray:
@@ -102,13 +109,13 @@ def row_vectors(what: str, values: npt.ArrayLike, count: int, size: int = 6) -> 
         CommandError: another shape, or numbers that no state may have.
     """
     given = as_numbers(what, values)
-    if given.shape not in {(size,), (count, size)} or not (np.abs(given) < HUGE).all():
-        text = f"{(count, size)} or {(size,)}, of numbers below {HUGE:g}, is needed"
+    if given.shape not in {(size,), (count, size)} or not (np.abs(given) < MAX_STATE).all():
+        text = f"{(count, size)} or {(size,)}, of numbers below {MAX_STATE:g}, is needed"
         raise CommandError(f"invalid {what} of shape {given.shape}: {text}")
     return np.broadcast_to(given, (count, size))
 
 
-def row_values(what: str, value: npt.ArrayLike, count: int, least: float, most: float = _LARGEST) -> FloatArray:
+def row_values(what: str, value: npt.ArrayLike, count: int, least: float, most: float = _MAX_VALUE) -> FloatArray:
     """Return a number for each of `count` rows, (count,).
 
     Raises:
@@ -129,12 +136,9 @@ def varied_values(count: int, **values: npt.ArrayLike | None) -> dict[str, Float
     Raises:
         CommandError: another shape, or numbers that are not finite, or too small or too large.
     """
-    return {name: row_values(name, value, count, _LEAST.get(name, 0.0)) for name, value in values.items()
+    return {name: row_values(name, value, count, _MIN_VALUES.get(name, 0.0)) for name, value in values.items()
             if value is not None}  # fmt: skip
 
-
-FEATURES = 13
-"""Numbers of a boat: position (3) [m, ENU], quaternion (4), velocity [m/s] and angular velocity [rad/s], body axes."""
 
 _mj_reset_data = c_function("mj_resetData", types.void, types.uintp, types.uintp)
 _mj_forward = c_function("mj_forward", types.void, types.uintp, types.uintp)
@@ -173,7 +177,7 @@ def advance_rows_vrx_sea(
 
 
 ROW_LOOPS = advance_rows, advance_rows_vrx, advance_rows_vrx_sea
-"""For `LoopArrays.loop`."""
+"""The loops of rows, by the number in `LoopArrays.loop`."""
 
 
 @expanded_kernel
@@ -287,10 +291,6 @@ NOMINAL = np.dtype([("peak", _f), ("direction", _f, (2,)), ("gravity", _f)], ali
 """The world's sea: angular frequency of its period [rad/s], its direction, and the gravity of its waves [m/s2]."""
 _CHANGE = np.dtype([("amplitude", _f), ("period", _f), ("band", _f), ("spread", _f), ("turn", _f)], align=True)
 """The sea of a row: factors of amplitudes, periods, the band's width and the spread of directions, and a turn [rad]."""
-_FACTORS = {"waves": "amplitude", "wave_period": "period", "wave_band": "band", "wave_spread": "spread"}
-"""Columns of `_CHANGE` by what `Batch.vary` calls them."""
-_LENGTHS = ("wave_period", "wave_band")
-"""Arguments that change wavelengths, by the dispersion of deep water."""
 
 
 class RowSeas:
@@ -326,7 +326,7 @@ class RowSeas:
         Raises:
             CommandError: the phases do not have the shape (waves,) or (rows, waves), or are not finite.
         """
-        fixed = ("waves", *_LENGTHS) if self._harmonic else () if self._deep else _LENGTHS
+        fixed = ("waves", *_LENGTH_ARGUMENTS) if self._harmonic else () if self._deep else _LENGTH_ARGUMENTS
         for name in fixed:
             if name in given and (given[name] != 1.0).any():
                 raise CommandError(
@@ -339,7 +339,7 @@ class RowSeas:
                 raise CommandError(f"invalid wave_phases of shape {own.shape}: {text}")
             self._phases[which], self._heights[which] = own, 1.0
             self.drawn[which] = False
-        for name, column in _FACTORS.items():
+        for name, column in _CHANGE_FIELDS.items():
             if name in given:
                 self._change[column][which] = given[name]
         if "wave_direction" in given:

@@ -31,6 +31,16 @@ from vrx_mj.tasks.referee import frame_stride, has_started
 
 FASTEST_SPIN = 12.0
 """Rate of turn [rad/s] that no boat reaches by itself: two turns a second."""
+_PLANING_FN = 1.0
+"""Froude number from which a boat planes (Faltinsen, Hydrodynamics of High-Speed Marine Vehicles, 2005, 1.1)."""
+_DEFAULT_DURATION = 60.0
+"""Duration of a run of a world without a task [s]."""
+_PHASES = 3
+"""Phases of a task, each of which begins at a frame: it may end that many frames late."""
+CONTROL_RATE = 10.0
+"""Calls of a controller per simulated second [Hz]."""
+_FIRE = "fire"
+"""Key of a boat's commands that shoots: its value is true, or the ball shooter's name."""
 
 
 def tilt(boat: BoatObservation) -> float:
@@ -99,7 +109,7 @@ def is_unusual(features: FloatArray, speeds: FloatArray) -> BoolArray:
 
 def _fastest(world: Parameters, vessel: Vessel) -> float:
     """Speed up to which a boat's resistance is modelled [m/s]."""
-    return vessel.resistance[-1][0] if vessel.resistance else _PLANING * math.sqrt(world.sea.gravity * vessel.length)
+    return vessel.resistance[-1][0] if vessel.resistance else _PLANING_FN * math.sqrt(world.sea.gravity * vessel.length)
 
 
 def _too_fast(world: Parameters, vessel: Vessel, boat: BoatObservation) -> str:
@@ -112,22 +122,13 @@ def _too_fast(world: Parameters, vessel: Vessel, boat: BoatObservation) -> str:
     if speed > fastest:
         froude = speed / math.sqrt(world.sea.gravity * vessel.length)
         text = f"makes {speed:.3g} m/s on a waterline of {vessel.length:.3g} m, a Froude number of {froude:.3g}"
-        return f"{text}: planing, above {_PLANING:g}, is not modelled without a `resistance`"
+        return f"{text}: planing, above {_PLANING_FN:g}, is not modelled without a `resistance`"
     return ""
 
 
 Controller = Callable[[Observation, float], Mapping[str, Any] | None]
 """`controller(obs, t) -> {boat: {thruster: command}}`; `"fire": True` among them shoots, and what is under `"task"`
 goes to the task, `{topic: content}`."""
-
-_PLANING = 1.0
-"""Froude number from which a boat planes (Faltinsen, Hydrodynamics of High-Speed Marine Vehicles, 2005, 1.1)."""
-_NO_TASK = 60.0
-"""How long a world without a task runs by default [s]."""
-_PHASES = 3
-"""Phases of a task, each of which begins at a frame: it may end that many frames late."""
-CONTROL_RATE = 10.0
-"""Calls of a controller per simulated second [Hz]."""
 
 
 @dataclass(frozen=True)
@@ -312,7 +313,7 @@ def planned_duration(sim: Simulation) -> float:
     """How long a run lasts at most by default [s]: until the task's time is up, or a minute."""
     task = sim.task
     if task is None:
-        return _NO_TASK
+        return _DEFAULT_DURATION
     end = float(task["running_time"] + task["remaining_time"] + task["elapsed_time"])
     stride = frame_stride(sim.timestep)
     frames = math.ceil(end / (stride * sim.timestep) - 1e-6) + _PHASES
@@ -434,10 +435,6 @@ def _send(sim: Simulation, messages: object) -> None:
         several = isinstance(content, list) and content and all(isinstance(item, Mapping | list) for item in content)
         for item in content if several else [content]:
             sim.send(topic, item)
-
-
-_FIRE = "fire"
-"""Key of a boat's commands that shoots: true, or the ball shooter's name."""
 
 
 def summarize(

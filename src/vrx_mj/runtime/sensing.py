@@ -25,7 +25,7 @@ from vrx_mj.mjcf.world import World
 from vrx_mj.model.things import Georeference
 from vrx_mj.physics.kernel import is_cached
 from vrx_mj.physics.surface import draw_surface
-from vrx_mj.runtime.loop import HUGE
+from vrx_mj.runtime.loop import MAX_STATE
 from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.runtime.timing import Moment
@@ -40,8 +40,12 @@ from vrx_mj.sensors.rays import cast
 from vrx_mj.sensors.readings import Image, Mount, Place, PointCloud, Reading, Scan
 from vrx_mj.sensors.view import Labeller
 
-_SEA = ("the sea's pictures", 8)
-"""What cameras compile, and for how long, about [s]."""
+_SEA_COMPILING = ("the sea's pictures", 8)
+"""What cameras compile, and for about how long [s]."""
+_STILL_SHOT_PROFILES = ("vrx", "vrx3")
+"""Profiles of physics in which a ball leaves the shooter without the boat's velocity."""
+_BASE_MOUNT = Mount.of((0.0, 0.0, 0.0), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
+"""Mount at `base_link` itself."""
 
 
 class Sights:
@@ -67,7 +71,7 @@ class Sights:
             )
         at = place.position, place.rotation, now.time
         self._cameras.set_sea(self._arrays.waves)
-        with compile_notice(draw_surface, *_SEA):
+        with compile_notice(draw_surface, *_SEA_COMPILING):
             image = self._cameras.image(sensor.config, data, *at, draw.key, draw.index)
         if not sensor.config.labels:
             return image
@@ -105,7 +109,7 @@ class Sights:
         What is cached is left for the first reading to load, in a fraction of a second.
         """
         if any(sensor.config.type == "camera" for sensor in sensors) and not is_cached(draw_surface):
-            with compile_notice(draw_surface, *_SEA):
+            with compile_notice(draw_surface, *_SEA_COMPILING):
                 Cameras(self._drawing(), self._world.parameters).compile()
         lidars = (sensor for sensor in sensors if sensor.config.type == "lidar")
         for sea, sensor in {sensor.config.sea_returns: sensor for sensor in lidars}.items():
@@ -137,11 +141,6 @@ def display_colors(
 
 
 _Floats = npt.NDArray[np.float64]
-
-_AT_REST = ("vrx", "vrx3")
-"""Profiles of physics in which a ball leaves the shooter without the boat's velocity."""
-_BASE = Mount.of((0.0, 0.0, 0.0), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
-"""`base_link` itself."""
 
 
 class Readings(Mapping[str, Reading]):
@@ -251,7 +250,7 @@ class Sensing:
         Raises:
             UnknownNameError: no boat has that name.
         """
-        return Readings(self.names(boat), partial(self.sense, boat), partial(self._made, boat))
+        return Readings(self.names(boat), partial(self.sense, boat), partial(self._readings_of, boat))
 
     @in_turn
     def sense(self, boat: str, name: str) -> Reading:
@@ -270,7 +269,7 @@ class Sensing:
             UnknownNameError: no such boat, or no such sensor on it.
         """
         sensor = self._find(boat, name)
-        now, before = self._caught(sensor.config.rate)
+        now, before = self._last_moments(sensor.config.rate)
         kept = self._kept.get((boat, name))
         if kept is not None and kept.time == now.time:
             return kept
@@ -285,7 +284,7 @@ class Sensing:
         """
         sensor = self._find(boat, name, "camera")
         sensor = replace(sensor, config=sensor.config.model_copy(update={"labels": True}))
-        return self._reading(sensor, *self._caught(sensor.config.rate))
+        return self._reading(sensor, *self._last_moments(sensor.config.rate))
 
     def of_kind(self, boat: str, kind: str) -> dict[str, Mounted]:
         """A boat's sensors of a kind, by name.
@@ -313,13 +312,13 @@ class Sensing:
             CommandError: not three finite numbers.
         """
         sensor = self._find(boat, name, "pinger")
-        place = as_numbers(f"position of {name}'s beacon", position, 3, HUGE)
+        place = as_numbers(f"position of {name}'s beacon", position, 3, MAX_STATE)
         self.arrays.sample_clocks.device_state[sensor.marks] = place
         self.renew()
 
     # Inside
 
-    def _made(self, boat: str) -> dict[str, Reading]:
+    def _readings_of(self, boat: str) -> dict[str, Reading]:
         """The readings of a boat that there are."""
         return {name: reading for (own, name), reading in self._kept.items() if own == boat}
 
@@ -332,7 +331,7 @@ class Sensing:
         check_name(f"{kind} of {boat}", name, known)
         return known[name]
 
-    def _caught(self, rate: float) -> tuple[Moment, Moment | None]:
+    def _last_moments(self, rate: float) -> tuple[Moment, Moment | None]:
         """The last moment of a clock, and the one before it."""
         moments, data = self.arrays.sample_clocks, self.arrays.data
         if moments.runs(rate):
@@ -351,7 +350,7 @@ class Sensing:
         """Where a sensor measures, and how that place moves."""
         mount = sensor.mount
         if sensor.config.type in self._at_base:
-            mount = _BASE if sensor.config.type == "pinger" else mount.at_base()
+            mount = _BASE_MOUNT if sensor.config.type == "pinger" else mount.at_base()
         return sensor.place(moment.qpos, moment.qvel, mount)
 
 
@@ -428,7 +427,7 @@ def fire(sensing: Sensing, arrays: LoopArrays, sea: Sea, boat: str, name: str | 
     if shots[0] < 1.0:
         return False
     shots[0] -= 1.0
-    _launch(arrays, sea, sensor, inherits=sensing.world.parameters.profile not in _AT_REST)
+    _launch(arrays, sea, sensor, inherits=sensing.world.parameters.profile not in _STILL_SHOT_PROFILES)
     return True
 
 

@@ -24,7 +24,7 @@ from vrx_mj.runtime.loop_arrays import MODEL_ARRAYS, OPTIONS, LoopArrays, memori
 from vrx_mj.runtime.stepping_models import fitting
 from vrx_mj.runtime.turns import Turn, in_turn
 from vrx_mj.runtime.views import ARRAYS, STATE
-from vrx_mj.sensors.displays import MARKS
+from vrx_mj.sensors.displays import MARK_COUNTS
 
 _MODEL_ROWS = {"body": "bodies", "jnt": "joints", "dof": "dofs", "qpos0": "qpos", "eq": "equalities"}
 """What the rows of the model's arrays are of, by the first word of their names."""
@@ -37,8 +37,8 @@ _DATA_ARRAYS = ("qacc_warmstart", "qfrc_applied", "xfrc_applied", "eq_active")
 """Arrays of MuJoCo's data that are kept beside positions and velocities."""
 _STATE_TABLES = tuple(name for name, array in ARRAYS.items() if array.use == STATE)
 """The tables that change."""
-_WHOLE = ("body_subtreemass",)
-"""Arrays of the model in which a newcomer counts for the others, too: for the world."""
+_WORLD_SUMS = ("body_subtreemass",)
+"""Arrays of the model in which a new part also counts for the world."""
 
 
 class Spawning:
@@ -101,8 +101,8 @@ def _rows_staying(world: World, arrays: LoopArrays, left: str) -> dict[str, Bool
         "drifts": stay["hulls"][arrays.hulls["drift_state"] >= 0],
         "propellers": stay["thrusters"][arrays.thrusters["measured"] >= 0],
         "sensed": sensed,
-        "light_marks": np.repeat(stay["lights"], MARKS["light"]),
-        "placard_marks": np.repeat(stay["placards"], MARKS["placard"]),
+        "light_marks": np.repeat(stay["lights"], MARK_COUNTS["light"]),
+        "placard_marks": np.repeat(stay["placards"], MARK_COUNTS["placard"]),
     }
 
 
@@ -111,7 +111,7 @@ def _carry(old: LoopArrays, new: LoopArrays, stay: Mapping[str, BoolArray]) -> N
     for name in OPTIONS:
         setattr(new.model.opt, name, getattr(old.model.opt, name))
     for name in MODEL_ARRAYS:
-        if name not in _WHOLE:
+        if name not in _WORLD_SUMS:
             _fill(getattr(new.model, name), getattr(old.model, name), stay.get(_MODEL_ROWS.get(name.split("_")[0], "")))
     for name in _DATA_ARRAYS:
         _fill(getattr(new.data, name), getattr(old.data, name), stay.get(_ROWS.get(name, "")))

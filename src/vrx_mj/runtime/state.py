@@ -29,12 +29,27 @@ from vrx_mj.model.world import other_physics
 from vrx_mj.outputs import atomic_write
 
 STATE_VERSION = 3
-_LONGEST = 1e9
+"""Version of the format of saved states."""
+_MAX_TIME = 1e9
 """Latest time of a state [s]."""
 _Size = Annotated[int, Field(ge=0, lt=1 << 48)]
 _Finite = Annotated[float, Field(allow_inf_nan=False)]
 _Parameter = Annotated[str, Field(pattern="^[ -~]{1,600}$")]
 """Name of something that `Batch.vary` changes."""
+SIGNATURE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+"""Parts of MuJoCo's state that are saved."""
+_KINDS = {"world": str, "seed": int, "time": float, "mujoco": np.ndarray, "ours": bytes, "moving": int, "task": str,
+         "varied": Mapping}  # fmt: skip
+"""Types of the fields of a state."""
+_PREFIX = "vrx_mj-diverged-"
+"""Prefix of the names of folders with states of diverged runs."""
+_FILE = "last_good.state"
+"""Name of the file with the last state before a run diverged."""
+MAX_KEPT = 10
+"""Largest number of folders with states of diverged runs of one user in the temporary folder; the oldest are removed
+first."""
+MAX_KEPT_BYTES = 100_000_000
+"""Largest size of these folders together [bytes]; the newest is kept whatever its size."""
 
 
 @dataclass(frozen=True)
@@ -201,9 +216,6 @@ class State:
         return State.from_bytes(block)
 
 
-SIGNATURE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
-
-
 def integration_state(model: mujoco.MjModel, data: mujoco.MjData) -> FloatArray:
     """MuJoCo's integration state (`mjSTATE_INTEGRATION`), a flat array."""
     flat = np.empty(mujoco.mj_stateSize(model, SIGNATURE))
@@ -216,29 +228,16 @@ def set_integration_state(model: mujoco.MjModel, data: mujoco.MjData, flat: Floa
     mujoco.mj_setState(model, data, flat, SIGNATURE)
 
 
-_KINDS = {"world": str, "seed": int, "time": float, "mujoco": np.ndarray, "ours": bytes, "moving": int, "task": str,
-         "varied": Mapping}  # fmt: skip
-"""Types of the fields of a state."""
-
-
 def _check_time(time: float) -> None:
     """Raise a StateError unless a state can be of this time [s]."""
-    if not (math.isfinite(time) and 0.0 <= time <= _LONGEST):
-        raise StateError(f"invalid time {time:g} s of a state: from 0 to {_LONGEST:g} s is needed")
+    if not (math.isfinite(time) and 0.0 <= time <= _MAX_TIME):
+        raise StateError(f"invalid time {time:g} s of a state: from 0 to {_MAX_TIME:g} s is needed")
 
 
 def _check_version(version: int) -> None:
     """Raise a StateError unless this is the version that we write."""
     if version != STATE_VERSION:
         raise StateError(f"the state has version {version}; this version of vrx_mj reads {STATE_VERSION}")
-
-
-_PREFIX = "vrx_mj-diverged-"
-_FILE = "last_good.state"
-KEPT = 10
-"""Folders with states of diverged runs that one user keeps in the temporary folder; the oldest go first."""
-KEPT_BYTES = 100_000_000
-"""What these may hold together [bytes]; the newest is kept whatever its size."""
 
 
 def divergence_message(body: str, time: float, timestep: float, good: State, kept: str) -> str:
@@ -265,14 +264,14 @@ def save_last_good_state(good: State) -> str:
     except (OSError, VrxError) as error:
         return f"could not be saved: {getattr(error, 'strerror', None) or error}"
     others = sorted(_folders(file.parent), reverse=True)
-    room, kept = KEPT_BYTES - file.stat().st_size, 1
+    room, kept = MAX_KEPT_BYTES - file.stat().st_size, 1
     for _, size, folder in others:
         room -= size
-        if kept < KEPT and room >= 0:
+        if kept < MAX_KEPT and room >= 0:
             kept += 1
         else:
             shutil.rmtree(folder, ignore_errors=True)
-    return f"is in {file}: State.load reads it; the last {KEPT} such states are kept"
+    return f"is in {file}: State.load reads it; the last {MAX_KEPT} such states are kept"
 
 
 def _folders(newest: Path) -> Iterator[tuple[float, int, Path]]:

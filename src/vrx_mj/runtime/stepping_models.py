@@ -18,21 +18,21 @@ from vrx_mj.errors import CommandError, CompileError
 from vrx_mj.mjcf.pieces import Detail, Pieces
 from vrx_mj.mjcf.world import World
 
-_PER_THING, _MOST = 4 << 20, 1 << 30
+_PER_THING, _MAX_MEMORY = 4 << 20, 1 << 30
 """Address space for contacts and solver for each thing that was placed in a world, and at most [bytes]; memory is used
 as it is needed."""
-_LEAST = 32 << 20
-"""Where it would be less [bytes], MuJoCo's own choice is kept."""
+_MIN_MEMORY = 32 << 20
+"""Below this size [bytes] MuJoCo's own choice is kept."""
 PER_CONTACT = 6000
 """Memory that a contact needs with its constraints [bytes]: 2800 with 20 boats on one spot, and as much to spare."""
 
 IDLE, PER_DOF_PAIR = 256 << 10, 128
 """Memory of a world in which nothing touches, and for each pair of degrees of freedom [bytes]: MuJoCo uses 216 bytes
 with one boat and 3,700 with twenty, which have 120 degrees of freedom."""
-_PER_PAIR, _PER_SHAPE = 8, 16
+_PAIR_CONTACTS, _SHAPE_CONTACTS = 8, 16
 """Contacts of two shapes, boxes at most, and in mean of each shape of two things within each other. Two WAM-Vs of 33
 shapes each on one spot make 149 contacts at most, of 20,000 positions, and one within the 22 blocks of a dock 87."""
-_SHAPES = [
+_COUNTED_SHAPES = [
     int(kind)
     for kind in (
         mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_CAPSULE, mujoco.mjtGeom.mjGEOM_ELLIPSOID,
@@ -41,14 +41,19 @@ _SHAPES = [
 ]  # fmt: skip
 """Shapes of which it is known how many contacts two make, of a mesh at most four; others keep MuJoCo's own choice."""
 
-_CLOSE, FEW = 10.0, 4
-"""Where more boats than these few are so near to each other [m], their contacts are counted when one is placed."""
+_CLOSE_DISTANCE, FEW_BOATS = 10.0, 4
+"""Where more boats than this number are within this distance of each other [m], their contacts are counted when one is
+placed."""
+_DETAILS = (Detail.WITHOUT_VISUALS, Detail.CONTACT_FREE)
+"""Details of the two models of a run."""
+_MAX_CACHED = 4 << 20
+"""Size of a model [bytes] above which it is not kept for the next run of its world."""
 
 
 def arena_bytes(things: int) -> int:
     """Memory for contacts and solver of a world in which so many things were placed; -1: what MuJoCo chooses."""
-    wanted = min(_MOST, _PER_THING * things)
-    return wanted if wanted > _LEAST else -1
+    wanted = min(_MAX_MEMORY, _PER_THING * things)
+    return wanted if wanted > _MIN_MEMORY else -1
 
 
 def row_arena_bytes(model: mujoco.MjModel) -> int:
@@ -57,7 +62,7 @@ def row_arena_bytes(model: mujoco.MjModel) -> int:
     It is at most what its model has now, and that where shapes have contacts that are not bounded.
     """
     touching = (model.geom_contype | model.geom_conaffinity) != 0
-    if model.npair or model.nflex or not np.isin(model.geom_type[touching], _SHAPES).all():
+    if model.npair or model.nflex or not np.isin(model.geom_type[touching], _COUNTED_SHAPES).all():
         return int(model.narena)
     contacts = sum(_pair_contacts(model, one, other) for one, other in _pairs(model, touching))
     wanted = IDLE + PER_DOF_PAIR * model.nv**2 + PER_CONTACT * contacts
@@ -82,7 +87,7 @@ def _pair_contacts(model: mujoco.MjModel, one: BoolArray, other: BoolArray) -> i
     if not ((kinds & model.geom_conaffinity[other]) | (masks & model.geom_contype[other])).any():
         return 0
     here, there = int(one.sum()), int(other.sum())
-    return min(_PER_PAIR * here * there, _PER_SHAPE * (here + there))
+    return min(_PAIR_CONTACTS * here * there, _SHAPE_CONTACTS * (here + there))
 
 
 def most_contacts(model: mujoco.MjModel) -> int:
@@ -114,12 +119,12 @@ def check_room(model: mujoco.MjModel, qpos: FloatArray, starts: IntArray) -> Non
     Raises:
         CommandError: there are more contacts than fit into the memory.
     """
-    if len(starts) <= FEW:
+    if len(starts) <= FEW_BOATS:
         return
     scratch = mujoco.MjData(model)
     for row in qpos:
         x, y = row[starts], row[starts + 1]
-        if (np.hypot(x[:, None] - x, y[:, None] - y) < _CLOSE).sum(axis=0).max() <= FEW:
+        if (np.hypot(x[:, None] - x, y[:, None] - y) < _CLOSE_DISTANCE).sum(axis=0).max() <= FEW_BOATS:
             continue
         scratch.qpos[:] = row
         with fitting(scratch):
@@ -128,13 +133,8 @@ def check_room(model: mujoco.MjModel, qpos: FloatArray, starts: IntArray) -> Non
             raise CommandError(crowding_message(scratch.ncon))
 
 
-_DETAILS = (Detail.WITHOUT_VISUALS, Detail.CONTACT_FREE)
-_LARGEST = 4 << 20
-"""Size of a model [bytes] above which it is not kept for the next run of its world."""
-
-
 @lru_cache(maxsize=16)
-def _compiled(digest: str, roomy: bool) -> list[mujoco.MjModel]:
+def _shared_models(digest: str, roomy: bool) -> list[mujoco.MjModel]:
     """A place for the stepping models of a world, by its pieces' digest."""
     return []
 
@@ -168,7 +168,7 @@ class PhysicsModels:
         Raises:
             CompileError: MuJoCo cannot compile the saved world.
         """
-        known, first = _compiled(world.pieces.digest, self._roomy), self._kept is None
+        known, first = _shared_models(world.pieces.digest, self._roomy), self._kept is None
         if known and first:
             return copy.copy(known[0]), copy.copy(known[1])
         try:
@@ -177,7 +177,7 @@ class PhysicsModels:
         except ValueError as error:
             raise CompileError(f"MuJoCo cannot compile the saved world {world.name}: {error}") from error
         self._kept = world.pieces, specs
-        if first and collision.nbuffer < _LARGEST:
+        if first and collision.nbuffer < _MAX_CACHED:
             known[:] = copy.copy(collision), copy.copy(contact_free)
         return collision, contact_free
 

@@ -28,17 +28,29 @@ from vrx_mj.runtime.timing import sample_number, steps_to_time, stride_of
 from vrx_mj.sensors.readings import Reading
 from vrx_mj.tasks.referee import Message
 
-_TOUCHING, _REPORTING, _FREE = 0.05, 0.5, 1e9
+_TOUCH_PERIOD, _REPORT_PERIOD, _FREE_PERIOD = 0.05, 0.5, 1e9
 """Simulated time between two samples while a boat touches something, while a touch is to be reported, and else [s].
 
 A sample ends a call of the compiled loop, which costs 20 us; the loop returns by itself when a touch begins.
 """
-_SETTLES = 0.5
-"""A touch is reported so long after it began, with the largest force until then [s]."""
-_PARTED = 1.0
-"""After so long without contact [s] the next contact of a pair is a new touch."""
+_REPORT_DELAY = 0.5
+"""Time after a touch began at which it is reported, with the largest force until then [s]."""
+_PARTING_TIME = 1.0
+"""Time without contact after which the next contact of a pair is a new touch [s]."""
 
 _Pair = tuple[str, str]
+_RATIO_TOLERANCE = 1e-9
+"""Distance by which a ratio of rates may fall short of a whole number."""
+_ROUNDING_SHARE = 1e-3
+"""Share of a step by which to stop too early rather than too late, where times are rounded."""
+_NEVER = 1 << 62
+"""Number of steps to the next reading where there are no subscriptions and no watches."""
+STRIDE, COUNTDOWN, FILLED = 0, 1, 2
+"""Columns of the sampling table: steps per row, steps until the next row, rows in the buffer."""
+_BUFFER_BYTES = 1_000_000
+"""Approximate size of a buffer [bytes]: larger blocks of memory are not reused, which takes four times as long."""
+_METHODS = ("rows", "state", "event")
+"""Methods of every listener; `frame` is called in worlds with a task, `boats_changed` when boats come and go."""
 
 
 @dataclass
@@ -99,10 +111,10 @@ class ContactSampler:
         self._armed = not (found or stopped)  # what holds a boat stops the loop without a contact
         look["armed"] = self._armed
         stride = max(
-            1, round(_TOUCHING / arrays.timestep)
+            1, round(_TOUCH_PERIOD / arrays.timestep)
         )  # samples are at whole multiples of it, however the run is cut
-        until = _TOUCHING if not self._armed else _REPORTING if waiting else _FREE
-        self._due = (step // stride + round(until / _TOUCHING)) * stride
+        until = _TOUCH_PERIOD if not self._armed else _REPORT_PERIOD if waiting else _FREE_PERIOD
+        self._due = (step // stride + round(until / _TOUCH_PERIOD)) * stride
         return found
 
 
@@ -110,7 +122,7 @@ class ContactWatch:
     """Reports every touch of a boat once."""
 
     def __init__(self, callback: Callable[[Touch], None], *, ended: bool = False) -> None:
-        """`callback` is called with every touch: `_SETTLES` after it began, or with `ended` when it is over."""
+        """`callback` is called with every touch: `_REPORT_DELAY` after it began, or with `ended` when it is over."""
         self._callback, self._ended = callback, ended
         self._touches: dict[_Pair, Touch] = {}
         self._seen: dict[_Pair, float] = {}
@@ -138,7 +150,7 @@ class ContactWatch:
         self._report(self._waiting)
 
     def _note(self, pair: _Pair, vector: Vec3, point: Vec3, time: float) -> None:
-        if time - self._seen.get(pair, -_PARTED) >= _PARTED:
+        if time - self._seen.get(pair, -_PARTING_TIME) >= _PARTING_TIME:
             self._report(self._waiting & {pair})
             self._touches[pair] = Touch(*pair, time, -1.0)
             self._waiting.add(pair)
@@ -151,8 +163,8 @@ class ContactWatch:
     def _is_due(self, pair: _Pair, time: float) -> bool:
         """Whether a touch is to be reported at `time` [s]."""
         if self._ended:
-            return time - self._seen[pair] >= _PARTED
-        return self._touches[pair].time < time - _SETTLES
+            return time - self._seen[pair] >= _PARTING_TIME
+        return self._touches[pair].time < time - _REPORT_DELAY
 
     def _report(self, due: Collection[_Pair]) -> None:
         """Report touches in the order of their names."""
@@ -182,14 +194,6 @@ def forces_of_pairs(arrays: LoopArrays, boats: frozenset[str]) -> Mapping[_Pair,
     return {pair: (tuple(row[:3].tolist()), tuple((row[3:6] / row[6]).tolist())) for pair, row in sums.items()}
 
 
-_RATIO = 1e-9
-"""Distance by which a ratio of rates may fall short of a whole number."""
-_SHARE = 1e-3
-"""Share of a step by which to stop too early rather than too late, where times are rounded."""
-_NEVER = 1 << 62
-"""Steps to the next reading where there are no subscriptions and no watches."""
-
-
 @dataclass(eq=False)
 class Subscription:
     """Somebody who takes a sensor's readings; `Simulation.unsubscribe` ends it."""
@@ -211,12 +215,12 @@ class Subscription:
         next whole number: every n-th where that goes, else n-th and (n+1)-th in turn.
         """
         measured = sample_number(self.own, time)
-        return math.floor(measured * self.rate / self.own + _RATIO)
+        return math.floor(measured * self.rate / self.own + _RATIO_TOLERANCE)
 
     def steps(self, time: float, timestep: float) -> int:
         """Steps from `time` [s] after which to look whether the next reading is due; never too many."""
-        measured = math.ceil((self.number(time) + 1 - _RATIO) * self.own / self.rate)
-        return steps_to_time(measured / self.own - EARLY, time, timestep, _SHARE)
+        measured = math.ceil((self.number(time) + 1 - _RATIO_TOLERANCE) * self.own / self.rate)
+        return steps_to_time(measured / self.own - EARLY, time, timestep, _ROUNDING_SHARE)
 
 
 class Subscriptions:
@@ -344,13 +348,6 @@ class Subscriptions:
             self.busy = before
 
 
-STRIDE, COUNTDOWN, FILLED = 0, 1, 2
-"""Columns of the sampling table: steps per row, steps until the next row, rows in the buffer."""
-
-_BUFFER_BYTES = 1_000_000
-"""Size of a buffer, about: the memory of larger blocks is not kept, which takes four times the time."""
-
-
 class Listener(Protocol):
     """What a recorder offers to a simulation."""
 
@@ -368,10 +365,6 @@ class Listener(Protocol):
 
     def boats_changed(self) -> None:
         """Boats have come or gone: later rows, states and frames are of the world as it is now."""
-
-
-_METHODS = ("rows", "state", "event")
-"""What every listener has; `frame` is called in worlds with a task, `boats_changed` when boats come and go."""
 
 
 def check_listener(listener: object) -> None:

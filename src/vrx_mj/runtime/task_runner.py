@@ -22,7 +22,7 @@ from vrx_mj.tasks import make_referee
 from vrx_mj.tasks.referee import FrameLayout, Message, Referee, Verdict, frame_stride, parsed_dump
 
 _NEVER = 1 << 62
-"""Steps to the next frame without a task, or after its end."""
+"""Number of steps to the next frame without a task, or after its end."""
 TaskObservation = Mapping[str, Any]
 """Phase, times, score and outputs of a task, as a team sees them."""
 

@@ -18,10 +18,23 @@ from vrx_mj.errors import CommandError, StateError, quote
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.tables import Table
 
-_LONGEST = 1e9
-"""Duration of a run [s], at most: 30 years."""
+_MAX_DURATION = 1e9
+"""Longest duration of a run [s]: 30 years."""
 MOST_STEPS = 10**13
-"""Physics steps of a run, at most."""
+"""Largest number of physics steps of a run."""
+_MAX_RATE = 1e6
+"""Largest rate of a clock in a saved state [1/s]."""
+CLOCK = np.dtype(
+    [
+        ("rate", np.float64),  # [1/s]
+        ("index", np.int64),  # of the last moment that was latched
+        ("slot", np.int64),  # where that is: 0 or 1; the one before it is in the other
+        ("time", np.float64),  # of the last moment [s]
+        ("before", np.float64),  # of the one before it [s]; NaN: this is the first
+    ],
+    align=True,
+)
+"""A clock that ticks at a rate."""
 
 
 def whole_steps(duration: float, timestep: float) -> int:
@@ -35,8 +48,8 @@ def whole_steps(duration: float, timestep: float) -> int:
         raise CommandError(f"invalid duration {quote(duration)}: a number of seconds is needed")
     if not given >= timestep * (1.0 - 1e-6) or math.isinf(given):
         raise CommandError(f"invalid duration {given:g} s: at least one timestep, {timestep:g} s, is needed")
-    if given > _LONGEST:
-        raise CommandError(f"invalid duration {given:g} s: at most {_LONGEST:g} s")
+    if given > _MAX_DURATION:
+        raise CommandError(f"invalid duration {given:g} s: at most {_MAX_DURATION:g} s")
     steps = round(given / timestep)
     if abs(steps * timestep - given) > 1e-4 * timestep:
         below = math.floor(given / timestep)
@@ -110,21 +123,6 @@ class Pause:
     def end(self) -> None:
         """It is time to look."""
         self._until = -math.inf
-
-
-_FASTEST = 1e6
-"""Rate of a clock in a saved state, at most [1/s]."""
-
-CLOCK = np.dtype(
-    [
-        ("rate", np.float64),  # [1/s]
-        ("index", np.int64),  # of the last moment that was latched
-        ("slot", np.int64),  # where that is: 0 or 1; the one before it is in the other
-        ("time", np.float64),  # of the last moment [s]
-        ("before", np.float64),  # of the one before it [s]; NaN: this is the first
-    ],
-    align=True,
-)
 
 
 @dataclass(frozen=True)
@@ -228,7 +226,7 @@ class SampleClocks:
             raise StateError(f"the state has {len(block)} bytes of sensor times instead of {needed}")
         device_state, clocks, latched = self.parts(block)
         rate, before = clocks["rate"], clocks["before"]
-        if not ((rate > 0.0) & (rate <= _FASTEST) & (clocks["index"] >= 0) & np.isin(clocks["slot"], (0, 1))).all():
+        if not ((rate > 0.0) & (rate <= _MAX_RATE) & (clocks["index"] >= 0) & np.isin(clocks["slot"], (0, 1))).all():
             raise StateError("the state has a sensor clock with an invalid rate, index or slot")
         if not (np.isfinite(clocks["time"]) & (np.isfinite(before) | np.isnan(before))).all():
             raise StateError("the state has a sensor clock whose time is not finite")

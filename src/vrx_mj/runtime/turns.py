@@ -21,6 +21,8 @@ _R = TypeVar("_R")
 
 HOLDER = "holder"
 """Key of `Turn.claim`."""
+_ALL_TURNS: "weakref.WeakSet[Turn]" = weakref.WeakSet()
+"""All turns of the process."""
 
 
 class Turn:
@@ -35,7 +37,7 @@ class Turn:
         """Under `HOLDER` the thread that advances, as `threading.get_ident` numbers it, or minus the thread that does
         something short; the caller that put it there takes it away."""
         self._renew()
-        _ALL.add(self)
+        _ALL_TURNS.add(self)
 
     def check(self, call: str) -> None:
         """Refuse a call while another thread advances.
@@ -87,18 +89,15 @@ def _within(call: str) -> CommandError:
     return CommandError(f"{call} cannot be called while the run advances, as from a recorder: call it afterwards")
 
 
-_ALL: "weakref.WeakSet[Turn]" = weakref.WeakSet()
-
-
 def _forget_all() -> None:
-    for turn in list(_ALL):
+    for turn in list(_ALL_TURNS):
         turn._forget()
 
 
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_forget_all)
 
-BUSY.append(lambda own: any(abs(turn.claim.get(HOLDER, own)) != own for turn in list(_ALL)))
+BUSY.append(lambda own: any(abs(turn.claim.get(HOLDER, own)) != own for turn in list(_ALL_TURNS)))
 
 
 class _Shared(Protocol):

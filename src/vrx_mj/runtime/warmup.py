@@ -10,9 +10,11 @@ from vrx_mj.bar import Bar
 from vrx_mj.physics.kernel import is_cached
 
 _ONCE = "for this machine, once"
+"""When kernels are compiled that a cache folder keeps, in messages."""
 _EVERY_TIME = "for this process only, since no cache folder can be used: set VRX_MJ_CACHE to one of your own"
-_KERNELS = 135
-"""About how many kernels the loop is made of: for the progress only."""
+"""When kernels are compiled that no cache folder keeps, in messages."""
+_KERNEL_COUNT = 135
+"""About how many kernels the loop consists of: for the progress bar only."""
 
 
 @contextlib.contextmanager
@@ -25,7 +27,7 @@ def compile_notice(first_call: Any, what: str = "the physics", seconds: int = 20
         yield
         return
     kept = first_call.stats.cache_path is not None
-    with Bar("compiling", _KERNELS, "kernels") as bar:
+    with Bar("compiling", _KERNEL_COUNT, "kernels") as bar:
         counter = _Counter(
             bar, f"vrx_mj: compiling {what} {_ONCE if kept else _EVERY_TIME}; it takes about {seconds} s"
         )

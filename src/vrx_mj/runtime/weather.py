@@ -15,7 +15,7 @@ from vrx_mj.physics.wind import wind_series, wind_share
 from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.rows import as_numbers
 
-_FORESEEN = 1e5
+_MAX_FORECAST = 1e5
 """Time up to which gusts can be asked for at any time [s]: each is drawn after the one before."""
 
 
@@ -128,7 +128,7 @@ class Wind:
                 and twice the simulated time so far.
         """
         times = as_numbers("t", t)
-        latest = max(_FORESEEN, 2.0 * float(self._arrays.data.time))
+        latest = max(_MAX_FORECAST, 2.0 * float(self._arrays.data.time))
         if not (np.abs(times) <= latest).all():
             raise CommandError(f"invalid t {quote(t)}: times up to {latest:g} s are needed")
         own = np.ones(()) if z is None else self._shares(as_numbers("z", z))

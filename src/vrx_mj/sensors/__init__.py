@@ -25,6 +25,17 @@ from vrx_mj.sensors.readings import Place, Scan, Shooter, Sound, Truth
 
 _MOST_SHOTS = 1000.0
 _CAMERA = SensorKind(CameraConfig, lambda now: now.picture())
+_BALL_SHOOTER = SensorKind(
+    BallShooterConfig,
+    lambda now: Shooter(round(float(now.marks[0]))),
+    RecordedNumbers(
+        lambda _: 1,
+        lambda numbers, _: Shooter(round(float(numbers[0]))),
+        problem=lambda numbers: "" if 0.0 <= numbers[0] <= _MOST_SHOTS else f"{numbers[0]:g} shots",
+    ),
+    start_marks=lambda config: (float(config.shots),),
+    plots=(Plot("shots", "Shots left", lambda data: data.shots_left),),
+)
 
 
 def truth(config: P3dConfig, place: Place, draw: Draw) -> Truth:
@@ -77,17 +88,6 @@ _LIDAR = SensorKind(
     lambda now: now.scan(),
     # of a planar scan: clouds are held as points
     RecordedNumbers(lambda config: 5 + int(config.samples), _scan, problem=_wrong_scan),
-)
-_BALL_SHOOTER = SensorKind(
-    BallShooterConfig,
-    lambda now: Shooter(round(float(now.marks[0]))),
-    RecordedNumbers(
-        lambda _: 1,
-        lambda numbers, _: Shooter(round(float(numbers[0]))),
-        problem=lambda numbers: "" if 0.0 <= numbers[0] <= _MOST_SHOTS else f"{numbers[0]:g} shots",
-    ),
-    start_marks=lambda config: (float(config.shots),),
-    plots=(Plot("shots", "Shots left", lambda data: data.shots_left),),
 )
 SENSOR_KINDS: Mapping[str, SensorKind] = {
     kind.type: kind

@@ -24,7 +24,8 @@ from vrx_mj.sensors.view import View, intrinsics
 LEVELS = 4096
 """Quantiles of the normal distribution that a pixel's noise is one of: 12 random bits choose it."""
 
-_PER_WORD = 5
+_LEVELS_PER_WORD = 5
+"""Number of pixels whose noise one random word of 64 bits chooses."""
 _12, _4095 = np.uint64(12), np.uint64(4095)
 
 
@@ -53,7 +54,7 @@ def with_grain(drawn: ByteArray, table: npt.NDArray[np.int32], key: np.uint64, o
         source, target = drawn[height - 1 - row], out[row]
         for column in range(width):
             if left == 0:
-                word, left, counter = bits(key, counter), _PER_WORD, counter + np.uint64(1)
+                word, left, counter = bits(key, counter), _LEVELS_PER_WORD, counter + np.uint64(1)
             change = table[word & _4095]
             word, left = word >> _12, left - 1
             for channel in range(3):

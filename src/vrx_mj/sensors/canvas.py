@@ -29,9 +29,9 @@ DEBIAN = {
     "glfw": "libgl1 libgl1-mesa-dri",
 }
 """What MuJoCo's ways to draw need, as Debian and Ubuntu call it; glfw draws on a screen."""
-_OFF = ("disable", "disabled", "off", "false", "0")
+_OFF_VALUES = ("disable", "disabled", "off", "false", "0")
 """Values of `MUJOCO_GL` that forbid drawing."""
-_AUTOMATIC = ("", "enable", "enabled", "on", "true", "1")
+_AUTOMATIC_VALUES = ("", "enable", "enabled", "on", "true", "1")
 """Values of `MUJOCO_GL` that leave the choice to the program."""
 
 _EGL_PLATFORM_DEVICE = 0x313F
@@ -47,8 +47,8 @@ _FLAGS = {
 }
 _AS_IDS = [int(mujoco.mjtRndFlag.mjRND_SEGMENT), int(mujoco.mjtRndFlag.mjRND_IDCOLOR)]
 """Flags that draw each shape in one colour: its number from 1 on, in 24 bits, least byte first."""
-_OPEN: "weakref.WeakSet[Canvas]" = weakref.WeakSet()
-_LEFT: dict[threading.Thread, list[tuple[Any, Any]]] = {}
+_OPEN_CANVASES: "weakref.WeakSet[Canvas]" = weakref.WeakSet()
+_ORPHANS: dict[threading.Thread, list[tuple[Any, Any]]] = {}
 """What canvases held that another thread than theirs has closed: it can be freed in theirs alone."""
 
 
@@ -101,10 +101,10 @@ def choose_backend() -> str:
         RenderError: none works, with what to install.
     """
     wanted = os.environ.get("MUJOCO_GL", "").lower().strip()
-    if wanted in _OFF:
+    if wanted in _OFF_VALUES:
         raise RenderError(f"MUJOCO_GL={wanted} disables rendering; unset it, or set it to egl or osmesa")
     load_triton()
-    if sys.platform != "linux" or wanted not in (*BACKENDS, *_AUTOMATIC):
+    if sys.platform != "linux" or wanted not in (*BACKENDS, *_AUTOMATIC_VALUES):
         return "mujoco"
     problems: dict[str, str] = {}
     for backend in (wanted,) if wanted in BACKENDS else BACKENDS:
@@ -208,7 +208,7 @@ class Canvas:
         self._free_camera = mujoco.MjvCamera()
         _free_left()
         self._gl = _new_context(width, height)
-        _OPEN.add(self)
+        _OPEN_CANVASES.add(self)
         _close_at_exit()
         self._gl.make_current()
         self._context = _context(model)
@@ -273,7 +273,7 @@ class Canvas:
         """
         if self._gl is None:
             return
-        _LEFT.setdefault(self.thread, []).append((self._gl, self._context))
+        _ORPHANS.setdefault(self.thread, []).append((self._gl, self._context))
         self._gl = self._context = None
         _free_left()
 
@@ -355,7 +355,7 @@ def _free_left() -> None:
     """Free what is left of this thread's canvases; in a forked process it is its parent's."""
     if _is_forked():
         return
-    for gl, context in _LEFT.pop(threading.current_thread(), ()):
+    for gl, context in _ORPHANS.pop(threading.current_thread(), ()):
         if context is not None:
             with gl.as_current():
                 context.free()
@@ -370,7 +370,7 @@ def _close_at_exit() -> None:
 
 def _close_all() -> None:
     _free_left()
-    for canvas in list(_OPEN):
+    for canvas in list(_OPEN_CANVASES):
         if canvas.thread is threading.current_thread():
             canvas.close()
 

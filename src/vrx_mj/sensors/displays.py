@@ -16,14 +16,16 @@ from vrx_mj.model.world import Parameters
 CODES = (*LIGHT_COLORS, OFF)
 """What a light shows, by its number."""
 _DARK = CODES.index(OFF)
-_BEAT, _BEATS = 1.0, 5
+"""Number of the colour of a dark light."""
+_COLOR_TIME, _COLOR_COUNT = 1.0, 5
 """Seconds of a colour, and how many of them make a sequence; the last two are dark. VRX: light_buoy_plugin.cc."""
 _SINCE, _HELD, _UNTIL, _NEXT = 3, 4, 5, 6
 """A light's marks after the three colours: when the sequence began [s], what it shows until when [s] before the colours
 are looked at, and which pattern the next shuffle gives."""
-MARKS = {"light": 7, "placard": 1}
+MARK_COUNTS = {"light": 7, "placard": 1}
+"""Number of marks of each kind of display."""
 
-_LIMITS: Mapping[str, Mapping[int, int]] = {
+_MARK_LIMITS: Mapping[str, Mapping[int, int]] = {
     "light": {**dict.fromkeys((0, 1, 2, _HELD), len(CODES)), _NEXT: len(LIGHT_PATTERNS)},
     "placard": {0: len(SYMBOLS)},
 }
@@ -69,8 +71,8 @@ def _light_codes(marks: FloatArray, time: FloatArray) -> IntArray:
 
     Each of its three colours lasts a second, then it is dark for two.
     """
-    beat = np.floor((time + EARLY - marks[:, _SINCE]) / _BEAT).astype(np.int64) % _BEATS
-    colors = np.concatenate((marks[:, :3], np.full((len(marks), _BEATS - 3), _DARK)), axis=1)
+    beat = np.floor((time + EARLY - marks[:, _SINCE]) / _COLOR_TIME).astype(np.int64) % _COLOR_COUNT
+    colors = np.concatenate((marks[:, :3], np.full((len(marks), _COLOR_COUNT - 3), _DARK)), axis=1)
     shown = colors[np.arange(len(marks)), beat]
     return np.where(time + EARLY < marks[:, _UNTIL], marks[:, _HELD], shown).astype(np.int64)
 
@@ -79,15 +81,15 @@ def new_pattern(marks: FloatArray, colors: Sequence[str], time: float) -> None:
     """Give a light's marks (7,) another pattern at a time [s]: its sequence begins a second later."""
     held = _light_codes(marks[None], np.array([time]))[0]
     marks[:3] = [CODES.index(color) for color in colors]
-    marks[_HELD], marks[_SINCE], marks[_UNTIL] = held, time + _BEAT, time + _BEAT
+    marks[_HELD], marks[_SINCE], marks[_UNTIL] = held, time + _COLOR_TIME, time + _COLOR_TIME
 
 
 def next_pattern(marks: FloatArray, time: float) -> None:
     """Shuffle a light at a time [s]: it goes on with the next of VRX's patterns from the next beat on."""
     if time + EARLY >= marks[_UNTIL]:
         marks[_HELD] = _light_codes(marks[None], np.array([time]))[0]
-        beats = np.floor((time + EARLY - marks[_SINCE]) / _BEAT)
-        marks[_UNTIL] = marks[_SINCE] + _BEAT * (beats + 1.0)
+        beats = np.floor((time + EARLY - marks[_SINCE]) / _COLOR_TIME)
+        marks[_UNTIL] = marks[_SINCE] + _COLOR_TIME * (beats + 1.0)
     number = int(marks[_NEXT])
     marks[:3] = [CODES.index(color) for color in LIGHT_PATTERNS[number]]
     marks[_NEXT] = (number + 1) % len(LIGHT_PATTERNS)
@@ -111,7 +113,7 @@ def check_display_marks(displays: Sequence[Display], marks: FloatArray) -> None:
     """
     for display in displays:
         own = marks[:, display.marks]
-        for column, limit in _LIMITS[display.kind].items():
+        for column, limit in _MARK_LIMITS[display.kind].items():
             values = own[:, column]
             if not ((values >= 0.0) & (values < limit) & (values == np.floor(values))).all():
                 raise StateError(
@@ -129,7 +131,7 @@ def displays_of(world: Parameters) -> tuple[Display, ...]:
     rows: tuple[Light | Placard, ...] = (*world.lights, *world.placards)
     for row in rows:
         kind = "light" if isinstance(row, Light) else "placard"
-        marks = slice(first, first + MARKS[kind])
+        marks = slice(first, first + MARK_COUNTS[kind])
         found.append(Display(row.name, kind, row.body, _parts(row), _start(row), marks))
         first = marks.stop
     return tuple(found)

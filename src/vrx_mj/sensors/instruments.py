@@ -33,6 +33,12 @@ from vrx_mj.frames import Geodetic, compass, conjugate, quaternion_product, rota
 from vrx_mj.physics.noise import axis_error, stream_key
 from vrx_mj.sensors.readings import ApparentWind, Echo, Fix, Heading, Image, Inertia, Place, PointCloud, Scan
 
+_POSITION, _VELOCITY = 0, 3
+"""First axes of the errors."""
+_ACCELERATION, _ANGULAR_VELOCITY, _HEADING, _TILT = 0, 3, 6, 9
+"""First axes of the errors."""
+_NO_ERRORS = ErrorModel()
+
 
 class Draw:
     """The random numbers of one measurement of one sensor."""
@@ -290,10 +296,6 @@ GNSS_COMPASS = SensorKind(
 )
 
 
-_POSITION, _VELOCITY = 0, 3
-"""First axes of the errors."""
-
-
 def fix(config: GpsConfig, place: Place, earth: Geodetic, draw: Draw) -> Fix:
     """What a receiver at `place` measures.
 
@@ -323,11 +325,7 @@ GPS = SensorKind(
 
 
 _Covariances = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
-"""(9,) each: of the orientation, the angular velocity and the linear acceleration."""
-
-_ACCELERATION, _ANGULAR_VELOCITY, _HEADING, _TILT = 0, 3, 6, 9
-"""First axes of the errors."""
-_NO_ERRORS = ErrorModel()
+"""Covariances, (9,) each, of the orientation, the angular velocity and the linear acceleration."""
 
 
 def inertia(
@@ -375,7 +373,7 @@ def _covariances(config: ImuConfig) -> _Covariances:
 
 
 def _with_errors(config: ImuConfig, orientation: FloatArray, draw: Draw, x_from_east: float) -> FloatArray:
-    """(4,) the orientation from east, with the heading's error about the z axis and others about its own x and y."""
+    """Orientation from east, (4,), with the heading's error about the z axis and others about its own x and y."""
     turned = quaternion_product(_turn(axis_of(config.heading, draw, _HEADING, 2) + x_from_east, 3), orientation)
     if config.tilt == _NO_ERRORS:
         return turned
@@ -385,7 +383,7 @@ def _with_errors(config: ImuConfig, orientation: FloatArray, draw: Draw, x_from_
 
 
 def _turn(angle: float, place: int) -> FloatArray:
-    """(4,) quaternion of a turn [rad] about the axis that has this place in it."""
+    """Quaternion (4,) of a turn [rad] about the axis that has this place in it."""
     quaternion = np.array([math.cos(angle / 2.0), 0.0, 0.0, 0.0])
     quaternion[place] = math.sin(angle / 2.0)
     return quaternion

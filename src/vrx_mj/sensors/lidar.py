@@ -21,10 +21,10 @@ from vrx_mj.physics.waves import ramp, wave_phase
 from vrx_mj.sensors.rays import VIEW, angles, cast, grid, reflecting, shapes_of
 from vrx_mj.sensors.readings import PointCloud, Scan
 
-_TOUCH = 1e-9
-"""A ray so little above the surface has met it [m]."""
-_STEPS = 200
-"""A ray that has not met the surface after so many steps only grazes it, and does not return."""
+_SURFACE_TOLERANCE = 1e-9
+"""Height above the surface at which a ray has met it [m]."""
+_MAX_STEPS = 200
+"""Number of steps after which a ray that has not met the surface only grazes it, and does not return."""
 
 
 @kernel
@@ -79,14 +79,14 @@ def sea_distance(
             return math.inf
         begin -= over / along[2]
     s = begin
-    for step in range(_STEPS):
+    for step in range(_MAX_STEPS):
         if not s < end:
             return math.inf
         x, y = origin[0] + s * along[0], origin[1] + s * along[1]
         height, slope = _along(waves, x, y, along[0], along[1], t)
         gap = origin[2] + s * along[2] - sea.level - grown * height
-        if gap <= _TOUCH:
-            return s if step > 0 or gap >= -_TOUCH else math.inf  # from under water nothing is seen
+        if gap <= _SURFACE_TOLERANCE:
+            return s if step > 0 or gap >= -_SURFACE_TOLERANCE else math.inf  # from under water nothing is seen
         rate = along[2] - grown * slope
         root = math.sqrt(rate * rate + 2.0 * bend * gap)
         if rate < 0.0:

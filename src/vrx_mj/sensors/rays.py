@@ -31,8 +31,32 @@ _GRID = np.dtype(
     align=True,
 )
 
-_SLACK = 1e-6
+_WINDOW_MARGIN = 1e-6
 """How much wider windows are than what is seen [rad]: far more than their rounding, far less than a ray's step."""
+_STACK_SIZE = 128
+"""Room for the nodes that wait in a descent through a mesh's tree; MuJoCo's trees have at most 50 levels."""
+_FEW_RAYS = 16.0
+"""Up to this number of rays go down a mesh's tree one by one; more of them go by their window."""
+_BOX_MARGIN = 1e-9
+"""How much larger boxes are than what is in them [m]: far more than rounding."""
+VIEW = np.dtype(
+    [
+        ("model", np.uint64),  # address of the mjModel
+        ("data", np.uint64),  # address of the mjData
+        ("origin", np.float64, (3,)),  # of the sensor, world [m]
+        ("rotation", np.float64, (3, 3)),  # sensor to world axes
+        ("turned", np.float64, (3, 3)),  # the present geom's axes to the sensor's
+        ("moved", np.float64, (3,)),  # the present geom's origin in the sensor's frame [m]
+        ("eye", np.float64, (3,)),  # the sensor in the present geom's frame [m]
+        ("corners", np.float64, (8, 3)),  # of the present box or face, in the sensor's frame [m]
+        ("start", np.float64, (3,)),  # where the present ray begins, world [m]
+        ("along", np.float64, (3,)),  # where it goes, world axes or the geom's
+        ("waiting", np.int32, (_STACK_SIZE,)),  # nodes of a tree to look at
+    ],
+    align=True,
+)
+_SEEN, _COLLIDES = 2, 3
+"""Groups of geoms: what is looked at, and what collides."""
 
 
 def grid(
@@ -89,7 +113,7 @@ def _azimuths(corners: FloatArray) -> tuple[float, float]:
     for i in range(1, len(corners)):
         angle = math.atan2(x * corners[i, 1] - y * corners[i, 0], x * corners[i, 0] + y * corners[i, 1])
         right, left = min(right, angle), max(left, angle)
-    return math.atan2(y, x) + 0.5 * (left + right), 0.5 * (left - right) + _SLACK
+    return math.atan2(y, x) + 0.5 * (left + right), 0.5 * (left - right) + _WINDOW_MARGIN
 
 
 @kernel
@@ -111,12 +135,12 @@ def window(rays: Record, corners: FloatArray) -> tuple[int, int, float, float]:
         beyond = max(beyond, x * x + y * y + z * z)
         low, high = min(low, z), max(high, z)
     farthest = math.sqrt(farthest)
-    around = half >= 0.5 * math.pi or nearest <= _SLACK * farthest
+    around = half >= 0.5 * math.pi or nearest <= _WINDOW_MARGIN * farthest
     nearest = 0.0 if around else nearest
     if nearest > rays.far or beyond < rays.near**2:
         return 0, -1, 0.0, 0.0
-    bottom = math.atan2(low, nearest if low < 0.0 else farthest) - _SLACK
-    top = math.atan2(high, nearest if high > 0.0 else farthest) + _SLACK
+    bottom = math.atan2(low, nearest if low < 0.0 else farthest) - _WINDOW_MARGIN
+    top = math.atan2(high, nearest if high > 0.0 else farthest) + _WINDOW_MARGIN
     first, last = _interval(rays.elevation, rays.rings, bottom, top)
     return first, last, azimuth, math.inf if around else half
 
@@ -149,34 +173,8 @@ def sample_window(rays: Record, azimuth: float, half: float, turn: int) -> tuple
     return _interval(rays.azimuth, rays.samples, centre - half, centre + half)
 
 
-_DEPTH = 128
-"""Room for the nodes that wait in a descent through a mesh's tree; MuJoCo's trees have at most 50 levels."""
-_FEW = 16.0
-"""So many rays go down a mesh's tree one by one; more of them, by their window."""
-_PAD = 1e-9
-"""How much larger boxes are than what is in them [m]: far more than rounding."""
-
-VIEW = np.dtype(
-    [
-        ("model", np.uint64),  # address of the mjModel
-        ("data", np.uint64),  # address of the mjData
-        ("origin", np.float64, (3,)),  # of the sensor, world [m]
-        ("rotation", np.float64, (3, 3)),  # sensor to world axes
-        ("turned", np.float64, (3, 3)),  # the present geom's axes to the sensor's
-        ("moved", np.float64, (3,)),  # the present geom's origin in the sensor's frame [m]
-        ("eye", np.float64, (3,)),  # the sensor in the present geom's frame [m]
-        ("corners", np.float64, (8, 3)),  # of the present box or face, in the sensor's frame [m]
-        ("start", np.float64, (3,)),  # where the present ray begins, world [m]
-        ("along", np.float64, (3,)),  # where it goes, world axes or the geom's
-        ("waiting", np.int32, (_DEPTH,)),  # nodes of a tree to look at
-    ],
-    align=True,
-)
-
 _Geom = mujoco.mjtGeom
 _PLANE, _HFIELD, _MESH = (int(kind) for kind in (_Geom.mjGEOM_PLANE, _Geom.mjGEOM_HFIELD, _Geom.mjGEOM_MESH))
-_SEEN, _COLLIDES = 2, 3
-"""Groups of geoms: what is looked at, and what collides."""
 
 _at = types.uintp
 _ray_geom = c_function("mju_rayGeom", types.float64, _at, _at, _at, _at, _at, types.int32, _at)
@@ -325,7 +323,7 @@ def _to_face(corners: FloatArray, x: float, y: float, z: float) -> float:
 def _crosses(view: Record, box: FloatArray, begin: float, end: float) -> bool:
     """Whether the present ray is in a box anywhere between two distances [m]."""
     for i in range(3):
-        centre, half, slope = box[i] - view.eye[i], box[3 + i] + _PAD, view.along[i]
+        centre, half, slope = box[i] - view.eye[i], box[3 + i] + _BOX_MARGIN, view.along[i]
         if slope == 0.0:
             if abs(centre) > half:
                 return False
@@ -423,7 +421,7 @@ def _meet_mesh(
             _meet_face(view, rays, directions, shapes, mesh, shapes.leaf[root + node], found)
             continue
         seen = _box_window(view, rays, shapes.box[root + node])
-        if _ray_count(rays, seen) <= _FEW:
+        if _ray_count(rays, seen) <= _FEW_RAYS:
             _meet_part(view, rays, directions, shapes, mesh, node, count, seen, found)
             continue
         for half in shapes.child[root + node]:

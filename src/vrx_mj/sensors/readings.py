@@ -12,17 +12,20 @@ import numpy.typing as npt
 from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.frames import matrix_quaternion, quaternion_product, rotation_matrix
 
+_NO_COVARIANCE = (0.0,) * 9
+"""Covariance of a reading without errors."""
+
 
 @dataclass(frozen=True)
 class Mount:
     """A frame on a body."""
 
     position: FloatArray
-    """(3,) of its origin [m], body axes from the body's origin."""
+    """Position of its origin, (3,) [m], body axes from the body's origin."""
     rotation: FloatArray
-    """(3, 3), frame to body."""
+    """Rotation (3, 3), frame to body."""
     orientation: FloatArray
-    """(4,) the same as a unit quaternion (w, x, y, z)."""
+    """Rotation as a unit quaternion (w, x, y, z)."""
 
     @staticmethod
     def of(position: Sequence[float], rotation: Sequence[Sequence[float]]) -> "Mount":
@@ -39,15 +42,15 @@ class Place(NamedTuple):
     """Pose and velocity of a frame in the world."""
 
     position: FloatArray
-    """(3,) of its origin [m], ENU."""
+    """Position of its origin, (3,) [m], ENU."""
     rotation: FloatArray
-    """(3, 3), frame to world."""
+    """Rotation (3, 3), frame to world."""
     orientation: FloatArray
-    """(4,) the same as a unit quaternion (w, x, y, z)."""
+    """Rotation as a unit quaternion (w, x, y, z)."""
     velocity: FloatArray
-    """(3,) of its origin [m/s], world axes."""
+    """Velocity of its origin, (3,) [m/s], world axes."""
     spin: FloatArray
-    """(3,) angular velocity [rad/s], world axes."""
+    """Angular velocity, (3,) [rad/s], world axes."""
 
 
 def place_of_mount(pose: FloatArray, velocity: FloatArray, mount: Mount) -> Place:
@@ -74,10 +77,6 @@ def _cross(one: FloatArray, other: FloatArray) -> FloatArray:
     """(3,) vector product; numpy's own takes 50 times as long."""
     (a, b, c), (x, y, z) = one.tolist(), other.tolist()
     return np.array([b * z - c * y, c * x - a * z, a * y - b * x])
-
-
-_EXACT = (0.0,) * 9
-"""Covariance of what has no errors."""
 
 
 @dataclass(frozen=True)
@@ -204,11 +203,11 @@ class Inertia:
     """Angular velocity, (3,) [rad/s], sensor axes."""
     linear_acceleration: FloatArray
     """Linear acceleration, (3,) [m/s2], sensor axes; at rest 9.8 upward."""
-    orientation_covariance: tuple[float, ...] = _EXACT
+    orientation_covariance: tuple[float, ...] = _NO_COVARIANCE
     """Covariance of the orientation, (9,) row by row [rad2]: roll, pitch and yaw; zeros: no errors."""
-    angular_velocity_covariance: tuple[float, ...] = _EXACT
+    angular_velocity_covariance: tuple[float, ...] = _NO_COVARIANCE
     """Covariance of the angular velocity, (9,) row by row [rad2/s2]."""
-    linear_acceleration_covariance: tuple[float, ...] = _EXACT
+    linear_acceleration_covariance: tuple[float, ...] = _NO_COVARIANCE
     """Covariance of the linear acceleration, (9,) row by row [m2/s4]."""
 
 

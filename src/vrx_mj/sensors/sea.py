@@ -13,17 +13,18 @@ from vrx_mj.physics.tables import Table
 from vrx_mj.physics.waves import random_heights, random_phases, surface_heights
 from vrx_mj.sensors.view import View
 
-_SHOWN = 3
+_HIDDEN_GROUP = 3
 """First group of geoms that pictures do not show."""
-_SMALLEST, _LARGEST = 0.2, 15.0
+_SHORT, _LONG = 0.2, 15.0
 """Half lengths of geoms that foam surrounds [m]."""
-_FOAM_SEEN, _MOST = 40.0, 256
-"""Up to which distance [m], and around how many boxes."""
-_STILL = 0.01
+_FOAM_RANGE, _MAX_BOXES = 40.0, 256
+"""Distance up to which foam is drawn [m], and around how many boxes."""
+_FOAM_SLOPE = 0.01
 """Slope of all waves together below which nothing foams."""
-_CELL = 0.5
-"""Length [m] of waterline that shares one of them."""
-_NOTHING = np.zeros((0, 7))
+_BOX_LENGTH = 0.5
+"""Length of waterline per box [m]."""
+_NO_BOXES = np.zeros((0, 7))
+"""Boxes of a sea without foam."""
 
 
 def wave_table(sea: Sea, seed: int | None = None) -> Table:
@@ -85,7 +86,7 @@ class SeaSkin(Skin):
         self._spokes, self._sums = spokes(count), np.zeros((8, count))
         self._rings = 1 + int(model.skin_facenum[0]) // (2 * (count - 1)) if self.wet else 0
         half = model.geom_aabb[:, 3:].max(axis=1)
-        afloat = (model.geom_bodyid > 0) & (model.geom_group < _SHOWN) & (half > _SMALLEST) & (half < _LARGEST)
+        afloat = (model.geom_bodyid > 0) & (model.geom_group < _HIDDEN_GROUP) & (half > _SHORT) & (half < _LONG)
         self._geoms, self._boxes = np.flatnonzero(afloat), model.geom_aabb[afloat]
         self._meshes = np.where(model.geom_type == mujoco.mjtGeom.mjGEOM_MESH, model.geom_dataid, -1)[afloat]
         self._outlines = {mesh: _mesh_edges(model, mesh) for mesh in np.unique(self._meshes[self._meshes >= 0])}
@@ -123,11 +124,11 @@ class SeaSkin(Skin):
         Meshes count by boxes along their waterline, other geoms by one, whose axis nearest to upright is left out.
         """
         slope = math.sqrt(0.5 * float(np.sum((self._waves["amplitude"] * self._waves["wavenumber"]) ** 2)))
-        if slope < _STILL:
-            return _NOTHING
+        if slope < _FOAM_SLOPE:
+            return _NO_BOXES
         axes = data.geom_xmat[self._geoms].reshape(-1, 3, 3)
         centres = data.geom_xpos[self._geoms] + (axes @ self._boxes[:, :3, None])[..., 0]
-        near = np.flatnonzero(np.hypot(*(centres - eye)[:, :2].T) < _FOAM_SEEN)
+        near = np.flatnonzero(np.hypot(*(centres - eye)[:, :2].T) < _FOAM_RANGE)
         over = centres[near, 2] - self.height(centres[near, 0], centres[near, 1], time)
         wet = near[np.abs(over) < (np.abs(axes[near, 2]) * self._boxes[near, 3:]).sum(axis=1)]
         found = [self._waterline(data, number, time) for number in wet[self._meshes[wet] >= 0].tolist()]
@@ -137,7 +138,7 @@ class SeaSkin(Skin):
         edge = axes[wet, :2, one]
         edge = edge / np.maximum(np.linalg.norm(edge, axis=1, keepdims=True), 1e-6)
         boxes = np.concatenate([*found, np.column_stack([centres[wet, :2], edge, half[row, one], half[row, other]])])
-        return np.column_stack([boxes, np.full(len(boxes), 0.7 * math.tanh(10.0 * slope))])[:_MOST]
+        return np.column_stack([boxes, np.full(len(boxes), 0.7 * math.tanh(10.0 * slope))])[:_MAX_BOXES]
 
     def _waterline(self, data: mujoco.MjData, number: int, time: float) -> FloatArray:
         """Boxes (n, 6) along a mesh's waterline: east, north, direction of an edge (2,), and half lengths [m]."""
@@ -153,7 +154,7 @@ class SeaSkin(Skin):
         cut = over[:, 0] * over[:, 1] < 0.0
         (first, last), share = np.swapaxes(points[edges[cut]][..., level], 0, 1), over[cut, :1]
         line = first + share / (share - over[cut, 1:]) * (last - first)
-        _, cell = np.unique(np.floor(line / _CELL) @ (1.0, 1e4), return_inverse=True)
+        _, cell = np.unique(np.floor(line / _BOX_LENGTH) @ (1.0, 1e4), return_inverse=True)
         low, high = np.full((2, int(cell.max(initial=-1)) + 1, 2), math.inf) * [[[1.0]], [[-1.0]]]
         np.minimum.at(low, cell, line)
         np.maximum.at(high, cell, line)
@@ -178,7 +179,7 @@ class SeaSkin(Skin):
         half: float,
         time: float,
         elevations: tuple[float, float] = (-0.5 * math.pi, 0.0),
-        floats: FloatArray = _NOTHING,
+        floats: FloatArray = _NO_BOXES,
     ) -> None:
         """Compute the surface at `time` [s] around `eye` (3,) [m], seen `half` [rad] to both sides of `course` [rad].
 

@@ -20,10 +20,19 @@ from vrx_mj.model.world import Parameters
 from vrx_mj.physics.surface import sky_distance
 from vrx_mj.sensors.readings import CameraInfo, Label, Labels
 
-SMALLEST = 0.25
-"""Radius of geoms in the picture that are drawn at least [pixels]."""
+MIN_RADIUS = 0.25
+"""Least radius in the picture of the geoms that are drawn [pixels]."""
 _MARGIN = 0.03
 """Margin by which the sea is drawn wider than the view [rad]."""
+CATEGORIES: Mapping[str, Mapping[str, Any]] = {
+    row["name"]: row for row in json.loads((Path(__file__).parent / "labels.json").read_bytes())
+}
+"""Categories by name: number, supercategory, and the models of objects that are of it, the first that matches."""
+CATEGORY_NAMES: Mapping[int, str] = {row["id"]: name for name, row in CATEGORIES.items()}
+"""Names of categories by their numbers."""
+_OWN_BOAT, _BOAT, _SHORE, _DOCK, _PLACARD = tuple(CATEGORIES)[:5]
+_TERRAIN = "terrain"
+"""Name of the shore, and what names of its geoms begin with."""
 
 
 def focal_length(config: CameraConfig) -> float:
@@ -55,9 +64,9 @@ class View:
     """A pinhole camera in the world."""
 
     position: FloatArray
-    """(3,) [m]"""
+    """Position, (3,) [m]."""
     rotation: FloatArray
-    """(3, 3), camera to world axes; x forward, y left, z up."""
+    """Rotation (3, 3), camera to world axes; x forward, y left, z up."""
     half_width: float
     """Half width of the picture at distance 1."""
     half_height: float
@@ -69,7 +78,7 @@ class View:
     """Focal length [pixels]."""
     end: float = 6000.0
     """Where land and sea end [m]."""
-    smallest: float = SMALLEST
+    smallest: float = MIN_RADIUS
     """Geoms of a smaller radius [pixels] are not drawn."""
 
     @classmethod
@@ -80,7 +89,7 @@ class View:
         field: float,
         size: tuple[int, int],
         reach: tuple[float, float],
-        smallest: float = SMALLEST,
+        smallest: float = MIN_RADIUS,
     ) -> Self:
         """The view of a horizontal field [rad], for pictures of a width and height [pixels]; `reach`: near and far."""
         half, (width, height) = math.tan(field / 2.0), size
@@ -123,17 +132,6 @@ class View:
         sines = rays / np.sqrt(1.0 + (across**2)[:, None] + up**2).reshape(-1)
         low, high = math.asin(max(float(sines.min()), -1.0)), math.asin(min(float(sines.max()), 1.0))
         return max(low - _MARGIN, -0.5 * math.pi), high + _MARGIN
-
-
-CATEGORIES: Mapping[str, Mapping[str, Any]] = {
-    row["name"]: row for row in json.loads((Path(__file__).parent / "labels.json").read_bytes())
-}
-"""Categories by name: number, supercategory, and the models of objects that are of it, the first that matches."""
-CATEGORY_NAMES: Mapping[int, str] = {row["id"]: name for name, row in CATEGORIES.items()}
-"""Names of categories by their numbers."""
-_OWN_BOAT, _BOAT, _SHORE, _DOCK, _PLACARD = tuple(CATEGORIES)[:5]
-_TERRAIN = "terrain"
-"""Name of the shore, and what names of its geoms begin with."""
 
 
 class Labeller:

@@ -14,6 +14,10 @@ from vrx_mj.tasks.wildlife import Wildlife
 
 Form = Literal["number", "numbers", "text", "place", "places"]
 """What an output is: numbers change from frame to frame, texts and places do not once they are announced."""
+_ERRORS: Mapping[str, Form] = {"pose_error": "number", "mean_pose_error": "number"}
+"""Outputs of tasks that score an error of the pose."""
+_DOCKING: Mapping[str, None] = {"color_sequence_open": None, "symbol": None}
+"""Outputs of docking tasks."""
 
 
 @dataclass(frozen=True)
@@ -38,8 +42,6 @@ class TaskKind:
         return f"{self.score}{unit}; {self.better} is better"
 
 
-_ERRORS: Mapping[str, Form] = {"pose_error": "number", "mean_pose_error": "number"}
-_DOCKING: Mapping[str, None] = {"color_sequence_open": None, "symbol": None}
 TASK_KINDS: Mapping[str, TaskKind] = {
     "stationkeeping": TaskKind(Stationkeeping, "mean error of the pose", "m", "lower", {"goal": "place", **_ERRORS}),
     "wayfinding": TaskKind(

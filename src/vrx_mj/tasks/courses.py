@@ -19,6 +19,9 @@ from vrx_mj.model import tasks
 from vrx_mj.model.world import tree_of
 from vrx_mj.tasks.referee import Frame, Outputs, Phase, Pose, Referee, Rules, RunningMean, SetPinger, TaskStatus
 
+FAILURE_SCORE = 200.0
+"""The score of a run that failed or whose time was up, though no run of 300 s scores as much."""
+
 
 def pose_error(pose: Pose, goal: tasks.Goal, *, heading: bool = True) -> float:
     """Error of a pose [m]: e = d + 0.75^d h, with d the horizontal distance [m] and h that of the headings [rad].
@@ -61,7 +64,7 @@ class Stationkeeping(Rules):
 
 @dataclass
 class WayfindingState:
-    """The least errors."""
+    """Least errors of the waypoints."""
 
     errors: list[float] = field(default_factory=list)
     """Least error of each waypoint since the run began [m], as station-keeping has them; none before."""
@@ -95,10 +98,10 @@ class Wayfinding(Rules):
                 referee.log(f"waypoint {number} of {len(self._waypoints)}: least error {error:.2f} m")
 
     def check(self, state: WayfindingState) -> None:
-        """There is an error for each waypoint, or none yet.
+        """Check that there is an error for each waypoint, or none yet.
 
         Raises:
-            StateError: there are more or less.
+            StateError: there are more or fewer.
         """
         if len(state.errors) not in {0, len(self._waypoints)}:
             raise StateError(f"the state does not fit the task: {len(state.errors)} of {len(self._waypoints)} errors")
@@ -117,11 +120,11 @@ class Wayfinding(Rules):
 Side = Literal["outside", "before", "after"]
 _Passage = Literal["forwards", "backwards"]
 _GateStatus = Literal["ahead", "crossed", "missed", "backwards"]
-"""What became of a gate: `missed` if a later one was passed before it."""
+"""Status of a gate: `missed` if a later one was passed before it."""
 
 
 class Gate(NamedTuple):
-    """Where a gate is now; buoys drift."""
+    """Position of a gate at a moment; buoys drift."""
 
     x: float
     """Middle of the gate [m], east."""
@@ -160,22 +163,18 @@ def passage(gate: tasks.Gate, before: str, boat: str, frame: Frame) -> tuple[Sid
     return now, "backwards" if now == "before" and before == "after" else None
 
 
-FAILURE = 200.0
-"""The score of a run that failed or whose time was up, though no run of 300 s scores as much."""
-
-
 @dataclass
 class GatesState:
     """State of each gate, in their order."""
 
     gates: list[_GateStatus] = field(default_factory=list)
-    """What became of them: see `_GateStatus`."""
+    """Status of each gate: see `_GateStatus`."""
     sides: list[Side] = field(default_factory=list)
-    """Where the boat was in them at the frame before: see `Side`."""
+    """Side of each gate on which the boat was at the frame before."""
 
 
 class _GateRules(Rules):
-    """What both courses of gates have."""
+    """State and progress of a course of gates."""
 
     def __init__(self, task: tasks.Navigation | tasks.FollowPath) -> None:
         self._boat, self._gates, self._penalty = task.boat, task.gates, task.obstacle_penalty
@@ -198,19 +197,19 @@ class NavigationCourse(_GateRules):
         spent = status.elapsed + status.collisions * self._penalty
         referee.set_score(min(status.duration, spent) / len(gates))
         for index, gate in enumerate(gates):
-            if gate == "ahead" and self._fails(index, frame, referee):
-                referee.set_score(FAILURE)
+            if gate == "ahead" and self._judge(index, frame, referee):
+                referee.set_score(FAILURE_SCORE)
                 referee.finish()
                 return
         if "ahead" not in gates:
             referee.finish()
 
     def timeout_score(self, status: TaskStatus) -> float | None:
-        """A failure."""
-        return FAILURE
+        """Score of a failure, as time is up."""
+        return FAILURE_SCORE
 
-    def _fails(self, index: int, frame: Frame, referee: Referee) -> bool:
-        """See whether the boat passes a gate now, and whether it should not have."""
+    def _judge(self, index: int, frame: Frame, referee: Referee) -> bool:
+        """Note whether the boat passes a gate; whether that ends the run as a failure."""
         own = self.state
         own.sides[index], way = passage(self._gates[index], own.sides[index], self._boat, frame)
         if way is None:
@@ -253,11 +252,11 @@ class FollowPath(_GateRules):
                 self._pass(index, way, referee)
 
     def take_hit(self, other: str, frame: Frame, referee: Referee) -> None:
-        """Points are lost, but there are never less than 0."""
+        """Subtract the penalty of a collision; the score stays at 0 or more."""
         referee.set_score(max(0.0, referee.status.score - self._penalty))
 
     def _pass(self, index: int, way: _Passage, referee: Referee) -> None:
-        """Take note of a gate that was passed, after which no gate before it counts."""
+        """Note that a gate was passed, after which no gate before it counts."""
         gates = self.state.gates
         last = index == len(gates) - 1
         gates[:index] = ["missed" if gate == "ahead" else gate for gate in gates[:index]]
@@ -294,7 +293,7 @@ class GymkhanaState(RunningMean):
 
 
 class Gymkhana(Rules):
-    """The score is `FAILURE` until the channel is finished, then the mean distance to the beacon [m]."""
+    """The score is `FAILURE_SCORE` until the channel is finished, then the mean distance to the beacon [m]."""
 
     title = "the gymkhana"
     watches_early = True
@@ -335,22 +334,22 @@ class Gymkhana(Rules):
         if referee.status.phase != "running":
             return
         channel, mean = self._channel, self._sums.add(distance(frame.poses[self._boat], self._pinger))
-        referee.set_score(mean if channel.is_over else FAILURE)
-        if self._may_fail and channel.is_over and channel.status.score == FAILURE:
-            referee.set_score(FAILURE)
+        referee.set_score(mean if channel.is_over else FAILURE_SCORE)
+        if self._may_fail and channel.is_over and channel.status.score == FAILURE_SCORE:
+            referee.set_score(FAILURE_SCORE)
             referee.finish()
 
     def timeout_score(self, status: TaskStatus) -> float | None:
         """The mean with penalties, which are added only here; a channel that ran out of time has failed without."""
         if self._may_fail and not self._channel.is_over:
-            return FAILURE
+            return FAILURE_SCORE
         return status.score + status.collisions * self._penalty
 
     def check(self, state: GymkhanaState) -> None:
-        """The channel's referee can take its part.
+        """Check the part of the channel's referee.
 
         Raises:
-            StateError: it cannot.
+            StateError: it does not fit the channel.
         """
         self._channel.check(state.channel)
 

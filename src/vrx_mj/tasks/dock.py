@@ -16,7 +16,12 @@ from vrx_mj.model import tasks
 from vrx_mj.tasks.referee import Frame, LightUp, Outputs, Phase, Place, Pose, Referee, Rules, ShowSymbol, TaskStatus
 
 _TOPIC = "color_sequence"
+"""Name of the message that reports the colours."""
 _Point = tuple[float, float, float]
+MAX_BALL_SPEED = 30.0
+"""Speed of a ball [m/s] beyond which it did not fly but was put somewhere: it is shot anew. VRX's leaves at 7.5 m/s."""
+_HIT_KEYS: Mapping[str, Any] = {"time": int | float, "ball": str, "bay": str, "size": str, "points": int | float}
+"""Keys of a hit, as teams see it."""
 
 
 def is_in(box: tasks.Box, point: Sequence[float]) -> bool:
@@ -54,14 +59,6 @@ def relative(anchor: Pose, pose: Pose) -> _Point:
     x, y, z = pose.x - anchor.x, pose.y - anchor.y, pose.z - anchor.z
     u, v, s = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
     return x + w * u + v * c - s * b, y + w * v + s * a - u * c, z + w * s + u * b - v * a
-
-
-FASTEST = 30.0
-"""Speed of a ball [m/s] beyond which it did not fly but was put somewhere: it is shot anew. VRX's leaves at 7.5 m/s."""
-
-
-_HIT: Mapping[str, Any] = {"time": int | float, "ball": str, "bay": str, "size": str, "points": int | float}
-"""Keys of a hit, as teams see it."""
 
 
 @dataclass
@@ -160,8 +157,8 @@ class Docking(Rules):
             StateError: one has not.
         """
         for hit in state.hits:
-            if hit.keys() != _HIT.keys() or not all(isinstance(hit[key], kind) for key, kind in _HIT.items()):
-                raise StateError(f"the state does not fit the task: a hit needs {', '.join(_HIT)}")
+            if hit.keys() != _HIT_KEYS.keys() or not all(isinstance(hit[key], kind) for key, kind in _HIT_KEYS.items()):
+                raise StateError(f"the state does not fit the task: a hit needs {', '.join(_HIT_KEYS)}")
 
     def outputs(self, status: TaskStatus) -> Outputs:
         """Whether the colours may be sent and, from `ready` on, the symbol of the right bay (the last, if several).
@@ -203,7 +200,7 @@ class Docking(Rules):
         is further off than it can have flown was shot anew: it counts where it is now, but not on a way it never took.
         """
         own = self.state
-        reach = FASTEST * (frame.time - own.seen)
+        reach = MAX_BALL_SPEED * (frame.time - own.seen)
         for_points: list[tuple[str, tasks.Hole]] = []
         for ball in self._balls:
             now = list(relative(dock, frame.poses[ball]))

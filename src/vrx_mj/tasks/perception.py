@@ -25,12 +25,14 @@ from vrx_mj.tasks.referee import (
     TaskStatus,
 )
 
-_MISSED = 10.0
-"""The error of an object that nobody reported [m]."""
-_MOST = 2.0
-"""The error of a reported one, at most [m]."""
-_LANDMARK = frozenset({"type", "x", "y"})
+_MISSED_ERROR = 10.0
+"""Error of an object that was not reported [m]."""
+_MAX_ERROR = 2.0
+"""Largest error of a reported object [m]."""
+_LANDMARK_KEYS = frozenset({"type", "x", "y"})
 """Keys of a report."""
+_PINGER_PERIOD = 0.1
+"""Least time between two messages of where the moving beacon is [s]; VRX's."""
 
 
 def ahead_of(boat: Pose, pose: Sequence[float]) -> tuple[float, float, float, float, float, float]:
@@ -47,7 +49,7 @@ class PerceptionState:
     shown: list[bool]
     """Whether they are up now."""
     errors: list[float]
-    """The least error of the reports of each [m], `_MISSED` without any."""
+    """The least error of the reports of each [m], `_MISSED_ERROR` without any."""
     round_time: float = 0.0
     """When this round of the sequence began, in elapsed time [s]."""
     gone: Count = 0
@@ -104,7 +106,7 @@ class Perception(Rules):
         """A report of a landmark: its type, x and y [m, ENU]."""
         if topic != self.message:
             return super().accept(topic, content)
-        if not isinstance(content, Mapping) or set(content) != _LANDMARK:
+        if not isinstance(content, Mapping) or set(content) != _LANDMARK_KEYS:
             what = (
                 f"the keys {', '.join(map(str, content)) or 'none'}" if isinstance(content, Mapping) else quote(content)
             )
@@ -118,7 +120,7 @@ class Perception(Rules):
 
     def _round(self, start: float) -> PerceptionState:
         count = len(self._objects)
-        return PerceptionState([False] * count, [_MISSED] * count, round_time=start, found=[False] * count)
+        return PerceptionState([False] * count, [_MISSED_ERROR] * count, round_time=start, found=[False] * count)
 
     def _report(self, landmark: Mapping[str, Any], frame: Frame, referee: Referee) -> None:
         """Each report uses up an attempt, right or wrong, and counts for all objects of its type that are up."""
@@ -133,7 +135,7 @@ class Perception(Rules):
         for index in hits:
             name = self._objects[index].name
             error = math.hypot(landmark["x"] - frame.poses[name].x, landmark["y"] - frame.poses[name].y)
-            own.errors[index], own.found[index] = min(_MOST, own.errors[index], error), True
+            own.errors[index], own.found[index] = min(_MAX_ERROR, own.errors[index], error), True
             referee.log(f"landmark {name} found, error {error:.2f} m")
         if not hits:
             referee.log(f"landmark {landmark['type']} is not present now", "WARN")
@@ -153,7 +155,7 @@ class Perception(Rules):
         own.total += own.errors[index]
         referee.act(PlaceObject(thing.name, thing.stash))
         referee.set_score(own.total)
-        result = f"error {own.errors[index]:.2f} m" if own.found[index] else f"not found, {_MISSED:g} m"
+        result = f"error {own.errors[index]:.2f} m" if own.found[index] else f"not found, {_MISSED_ERROR:g} m"
         referee.log(f"landmark {thing.name} disappears: {result}")
 
 
@@ -161,10 +163,6 @@ def _metres(key: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise CommandError(f"invalid {key} {quote(value)} of a landmark: a number of metres is needed")
     return float(value)
-
-
-_PINGER_PERIOD = 0.1
-"""Least time between two messages of where the moving beacon is [s]; VRX's."""
 
 
 @dataclass

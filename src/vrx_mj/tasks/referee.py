@@ -29,6 +29,14 @@ Place = Annotated[list[float], Field(min_length=3, max_length=3)]
 
 
 Phase = Literal["initial", "ready", "running", "finished"]
+FRAME_RATE = 20.0
+"""Frames per simulated second [Hz], at least: the next rate above that divides a second into whole steps.
+
+Recordings have rows at the same steps, so that a recording gives the score that the run gave."""
+_POSE = 7
+"""Numbers of a pose: position and quaternion."""
+_DEAD_TIME_VRX3 = 3.0
+"""Dead time after a collision in VRX 3 [s], which does not read the value of a world (ScoringPlugin.cc)."""
 
 
 def has_started(phase: str) -> bool:
@@ -86,12 +94,6 @@ class TaskStatus:
         return f"{cause} after {self.elapsed:.1f} s, score {self.score:.3f}, collisions {self.collisions}"
 
 
-FRAME_RATE = 20.0
-"""Frames per simulated second [Hz], at least: the next rate above that divides a second into whole steps.
-
-Recordings have rows at the same steps, so that a recording gives the score that the run gave."""
-
-
 @dataclass(frozen=True, slots=True)
 class Pose:
     """Position and attitude of a body's link origin."""
@@ -132,10 +134,6 @@ class Frame:
     """What the scored boat has touched, by name, and when it last did [s]; nothing that it never touched."""
     messages: tuple[Message, ...] = ()
     """Sent since the frame before, in their order."""
-
-
-_POSE = 7
-"""Numbers of a pose: position and quaternion."""
 
 
 @dataclass(frozen=True)
@@ -246,9 +244,6 @@ class RunningMean:
 
 _adapter = cache(TypeAdapter[Any])
 _DUMP, _STATUS = _adapter(dict[str, Any]), _adapter(TaskStatus)
-
-_DEAD_TIME_VRX3 = 3.0
-"""Dead time after a collision in VRX 3 [s], which does not read the value of a world (ScoringPlugin.cc)."""
 
 
 Dump = dict[str, Any]

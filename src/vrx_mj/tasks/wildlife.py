@@ -17,14 +17,17 @@ from vrx_mj.tasks.courses import Side
 from vrx_mj.tasks.referee import Count, Frame, Outputs, Pose, Referee, Rules, TaskStatus
 
 GATES = 8
+"""Number of gates around an animal."""
 AXES = tuple((math.cos(math.tau * gate / GATES), math.sin(math.tau * gate / GATES)) for gate in range(GATES))
 """Directions of the gates, from the animal outwards."""
-_KINDS = {
+_KIND_BY_GOAL = {
     "avoid": "crocodile",
     "circumnavigate_clockwise": "platypus",
     "circumnavigate_counterclockwise": "turtle",
 }
 """What kind of animal teams see: VRX goes by the goal, not by the model."""
+_ANIMAL_KEYS = frozenset({"name", "x", "y", "z", "latitude", "longitude"})
+"""Keys of an animal, as teams see it."""
 
 
 def gate_side(dx: float, dy: float, axis: tuple[float, float], radius: float) -> Side:
@@ -41,8 +44,6 @@ def gate_side(dx: float, dy: float, axis: tuple[float, float], radius: float) ->
 
 _Gate = Annotated[int, Field(ge=0, lt=GATES)]
 """Number of a gate around an animal."""
-_ANNOUNCED = frozenset({"name", "x", "y", "z", "latitude", "longitude"})
-"""Keys of an animal, as teams see it."""
 
 
 @dataclass
@@ -127,8 +128,8 @@ class Wildlife(Rules):
             StateError: it has not.
         """
         for animal in state.animals:
-            if animal.keys() != _ANNOUNCED or not all(isinstance(animal[axis], int | float) for axis in "xyz"):
-                raise StateError(f"the state does not fit the task: an animal needs {', '.join(sorted(_ANNOUNCED))}")
+            if animal.keys() != _ANIMAL_KEYS or not all(isinstance(animal[axis], int | float) for axis in "xyz"):
+                raise StateError(f"the state does not fit the task: an animal needs {', '.join(sorted(_ANIMAL_KEYS))}")
 
     def outputs(self, status: TaskStatus) -> Outputs:
         """Where the animals are, from `running` on; who knows the georeference fills in latitude and longitude."""
@@ -210,4 +211,4 @@ class Wildlife(Rules):
 
 def _announcement(animal: tasks.Animal, pose: Pose) -> dict[str, str | float | None]:
     place: dict[str, Any] = {"x": pose.x, "y": pose.y, "z": pose.z, "latitude": None, "longitude": None}
-    return {"name": _KINDS[animal.goal], **place}
+    return {"name": _KIND_BY_GOAL[animal.goal], **place}

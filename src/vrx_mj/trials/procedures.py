@@ -19,6 +19,29 @@ _FULL_HELM = math.radians(35.0)
 """Angle of rudders and turning engines at full helm [rad], unless they turn less."""
 _AHEAD = 0.7
 """Cosine of the angle to the bow up to which an engine drives the boat."""
+_STEP = 0.02
+"""Time between two states of a track [s]."""
+_SETTLED = 1e-3
+"""Relative change of a speed over `_WATCH` at which it counts as steady."""
+_WATCH = 5.0
+"""Time over which a speed has to stay the same [s]."""
+_STRAIGHT = math.radians(0.5)
+"""Rate of turn up to which an approach counts as straight [rad/s]."""
+_LONGEST = 600.0
+"""Longest time of a part of a trial [s]."""
+_FULL = 3.0 * math.pi
+"""Change of heading of a turning circle [rad]."""
+_STEPS = 8
+"""Helm settings of a spiral between midships and full helm."""
+MODES = {"heave": 0.1, "roll": math.radians(10.0), "pitch": math.radians(5.0)}
+"""How far a vessel is put aside by default [m], [rad]."""
+_UNITS = {"heave": "m", "roll": "rad", "pitch": "rad"}
+_DECAY_STEP = 0.02
+"""Time between two states [s]."""
+_REST = 30.0
+"""Time in which it comes to rest before, and longest time of the decay [s]."""
+_SMALLEST = 0.02
+"""Extremes below this share of the first are left out."""
 
 
 class VesselState(NamedTuple):
@@ -201,22 +224,6 @@ def crossing(x: FloatArray, y: FloatArray, level: float) -> float:
         return math.nan
     i = int(beyond[0])
     return float(x[i - 1] + (level - y[i - 1]) / (y[i] - y[i - 1]) * (x[i] - x[i - 1]))
-
-
-_STEP = 0.02
-"""Time between two states of a track [s]."""
-_SETTLED = 1e-3
-"""Relative change of a speed over `_WATCH` at which it counts as steady."""
-_WATCH = 5.0
-"""Time over which a speed has to stay the same [s]."""
-_STRAIGHT = math.radians(0.5)
-"""Rate of turn up to which an approach counts as straight [rad/s]."""
-_LONGEST = 600.0
-"""Longest time of a part of a trial [s]."""
-_FULL = 3.0 * math.pi
-"""Change of heading of a turning circle [rad]."""
-_STEPS = 8
-"""Helm settings of a spiral between midships and full helm."""
 
 
 def sail_until(
@@ -450,17 +457,6 @@ def crash_stop(vessel: Vessel, *, power: float = 1.0, astern: float = 1.0) -> Tr
     }
     curves, axes = {"speed": (track.time, track.surge)}, ("time [s]", "speed ahead [m/s]")
     return Trial("crash-stop", figures, curves, axes, track, approach_remarks(begun))
-
-
-MODES = {"heave": 0.1, "roll": math.radians(10.0), "pitch": math.radians(5.0)}
-"""How far a vessel is put aside by default [m], [rad]."""
-_UNITS = {"heave": "m", "roll": "rad", "pitch": "rad"}
-_DECAY_STEP = 0.02
-"""Time between two states [s]."""
-_REST = 30.0
-"""Time in which it comes to rest before, and longest time of the decay [s]."""
-_SMALLEST = 0.02
-"""Extremes below this share of the first are left out."""
 
 
 def decay(vessel: Vessel, *, mode: str = "roll", amount: float | None = None) -> Trial:

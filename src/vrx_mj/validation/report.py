@@ -29,6 +29,27 @@ from vrx_mj.validation.rows import EVIDENCE, Band, Case, Comparison, Outcome, Ro
 PAGE, RESULTS = "index.html", "results.json"
 _NEEDED = ("mujoco", "numba", "numpy")
 """Packages whose versions the report names."""
+_SUBJECTS = waves, hulls, pressures, propellers, drifting, mean_forces, winds, runs
+CASES = tuple(each for subject in _SUBJECTS for each in vars(subject).values() if isinstance(each, Case))
+"""All of them."""
+_READERS: dict[str, Callable[[BoatObservation], float]] = {
+    "x": lambda seen: float(seen.position[0]),
+    "y": lambda seen: float(seen.position[1]),
+    "z": lambda seen: float(seen.position[2]),
+    "roll_deg": lambda seen: math.degrees(seen.roll),
+    "pitch_deg": lambda seen: math.degrees(seen.pitch),
+    "heading_deg": lambda seen: math.degrees(seen.heading),
+    "surge": lambda seen: float(seen.velocity[0]),
+    "sway": lambda seen: float(seen.velocity[1]),
+    "heave_speed": lambda seen: float(seen.velocity[2]),
+    "roll_rate_deg": lambda seen: math.degrees(seen.angular_velocity[0]),
+    "pitch_rate_deg": lambda seen: math.degrees(seen.angular_velocity[1]),
+    "yaw_rate_deg": lambda seen: math.degrees(seen.angular_velocity[2]),
+    "speed": lambda seen: seen.speed,
+}
+"""How a signal is read off a boat."""
+_ANGLES = ("roll_deg", "pitch_deg", "heading_deg")
+"""Signals that are the same after a full turn."""
 
 
 @dataclass(frozen=True)
@@ -168,11 +189,6 @@ def write_report(folder: Path, results: Sequence[Result], left_out: Sequence[Cas
     return folder / PAGE
 
 
-_SUBJECTS = waves, hulls, pressures, propellers, drifting, mean_forces, winds, runs
-CASES = tuple(each for subject in _SUBJECTS for each in vars(subject).values() if isinstance(each, Case))
-"""All of them."""
-
-
 def select_cases(only: tuple[str, ...] = (), *, quick: bool = False) -> tuple[Case, ...]:
     """The cases of these names, or all; those of `--quick` if asked for.
 
@@ -184,26 +200,6 @@ def select_cases(only: tuple[str, ...] = (), *, quick: bool = False) -> tuple[Ca
         if name not in known:
             raise UnknownNameError("case", name, known)
     return tuple(case for case in CASES if (case.name in only if only else case.quick or not quick))
-
-
-_READERS: dict[str, Callable[[BoatObservation], float]] = {
-    "x": lambda seen: float(seen.position[0]),
-    "y": lambda seen: float(seen.position[1]),
-    "z": lambda seen: float(seen.position[2]),
-    "roll_deg": lambda seen: math.degrees(seen.roll),
-    "pitch_deg": lambda seen: math.degrees(seen.pitch),
-    "heading_deg": lambda seen: math.degrees(seen.heading),
-    "surge": lambda seen: float(seen.velocity[0]),
-    "sway": lambda seen: float(seen.velocity[1]),
-    "heave_speed": lambda seen: float(seen.velocity[2]),
-    "roll_rate_deg": lambda seen: math.degrees(seen.angular_velocity[0]),
-    "pitch_rate_deg": lambda seen: math.degrees(seen.angular_velocity[1]),
-    "yaw_rate_deg": lambda seen: math.degrees(seen.angular_velocity[2]),
-    "speed": lambda seen: seen.speed,
-}
-"""How a signal is read off a boat."""
-_ANGLES = ("roll_deg", "pitch_deg", "heading_deg")
-"""Signals that are the same after a full turn."""
 
 
 def measured_case(case: Path, data: Path) -> Case:

@@ -18,6 +18,11 @@ from vrx_mj.draw.chart import Chart
 from vrx_mj.errors import VrxError
 from vrx_mj.packages import root
 
+EVIDENCE = ("measured", "independent program", "closed form", "own earlier run", "number of a file")
+"""Kinds of references, from the strongest to the weakest."""
+_KNOWN = 0.002
+"""Greatest distance from exact theory of a row that is known to be outside, as a share of it."""
+
 
 def folder() -> Path:
     """Where the tables, meshes and worlds of the report are."""
@@ -55,10 +60,6 @@ def mesh(name: str) -> tuple[FloatArray, IntArray]:
     vertices = [[float(word) for word in line.split()] for line in lines[2 : 2 + count]]
     triangles = [[int(word) for word in line.split()[1:]] for line in lines[2 + count : 2 + count + faces]]
     return np.array(vertices, np.float64), np.array(triangles, np.int64)
-
-
-EVIDENCE = ("measured", "independent program", "closed form", "own earlier run", "number of a file")
-"""Kinds of references, from the strongest to the weakest."""
 
 
 @dataclass(frozen=True)
@@ -99,10 +100,6 @@ def bands() -> Mapping[tuple[str, str], Band]:
         table = csv.DictReader((line for line in file if not line.startswith("#")), restval="")
         columns = "evidence", "band", "known", "why"
         return {(row["case"], row["quantity"]): Band(*(row[column] for column in columns)) for row in table}
-
-
-_KNOWN = 0.002
-"""Greatest distance from exact theory of a row that is known to be outside, as a share of it."""
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from needs import CAPYTAINE, needs
 from vrx_command import environment
 from vrx_mj.adapters import hydro
 from vrx_mj.adapters.hydro import (
-    FREQUENCIES,
+    FREQUENCY_COUNTS,
     _cut_along_edges,
     _fine_solver,
     _Solver,
@@ -68,7 +68,7 @@ def test_the_fewest_frequencies_are_enough():
         (0, 0, 0),
         density=1000.0,
         gravity=9.81,
-        frequencies=FREQUENCIES[0],
+        frequencies=FREQUENCY_COUNTS[0],
         panels=100,
         tolerance=None,
         angles=2,

@@ -174,7 +174,7 @@ def test_packets_of_foreigners_are_told_once_and_do_nothing(one, lines):
 def test_another_autopilot_takes_a_boat_whose_own_is_gone(one, lines, monkeypatch):
     sim, bridge, sitl = one
     sailed(bridge, sitl, 30)
-    monkeypatch.setattr(module, "PATIENCE", 0.05)
+    monkeypatch.setattr(module, "TIMEOUT", 0.05)
     while len(lines) < 2:
         bridge.step(0.06)
     assert lines[1] == "a: no frame from its autopilot for 0.05 s: the simulation waits"

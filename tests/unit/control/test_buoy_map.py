@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vrx_mj.control.buoy_map import (
-    FORGET,
+    FORGET_TIME,
     Buoy,
     BuoyMap,
     Cluster,
@@ -55,7 +55,7 @@ def test_what_was_seen_once_is_forgotten_and_what_was_seen_often_is_not():
     for time in range(8):
         chart.see((0.0, 0.0), [cluster(10.0, 0.0)], float(time))
     chart.see((0.0, 0.0), [cluster(40.0, 0.0)], 8.0)
-    chart.see((0.0, 0.0), [], 9.0 + FORGET)
+    chart.see((0.0, 0.0), [], 9.0 + FORGET_TIME)
     assert [buoy.x for buoy in chart.buoys] == [pytest.approx(10.0)]
 
 

@@ -10,7 +10,7 @@ from vrx_mj.control import Channel, Docking
 from vrx_mj.control.acoustics import SEARCH_TIME, Roam
 from vrx_mj.control.buoy_map import Buoy, cutout
 from vrx_mj.control.channel import gate_of
-from vrx_mj.control.docking import BERTH, COMMIT, LINE_UP, SLOW, STAY
+from vrx_mj.control.docking import BAY_SPEED, BERTH, COMMIT, LINE_UP, STAY_TIME
 from vrx_mj.control.navigation import Estimate
 from vrx_mj.control.pilot import Moment
 from vrx_mj.control.placards import Face, Tower
@@ -48,7 +48,7 @@ def docking():
 
 def test_in_line_the_boat_goes_in_slowly_with_its_bow_first(docking):
     asked = docking._along(BAY, moment(0.0, 12.0, 0.1), BERTH)
-    assert asked["vx"] == -SLOW
+    assert asked["vx"] == -BAY_SPEED
     assert asked["vy"] == pytest.approx(-0.07)
     assert abs(asked["heading"]) == pytest.approx(math.pi)
 
@@ -56,7 +56,7 @@ def test_in_line_the_boat_goes_in_slowly_with_its_bow_first(docking):
 def test_out_of_line_it_waits_before_the_bay_and_inside_it_goes_on(docking):
     assert docking._along(BAY, moment(0.0, 11.0, 1.0), BERTH)["vx"] == 0.0
     assert docking._along(BAY, moment(0.0, 11.0, 0.0, math.pi - 0.3), BERTH)["vx"] == 0.0
-    assert docking._along(BAY, moment(0.0, COMMIT - 0.1, 1.0), BERTH)["vx"] == -SLOW
+    assert docking._along(BAY, moment(0.0, COMMIT - 0.1, 1.0), BERTH)["vx"] == -BAY_SPEED
 
 
 def test_it_lines_up_goes_in_stays_and_backs_out(docking):
@@ -67,9 +67,9 @@ def test_it_lines_up_goes_in_stays_and_backs_out(docking):
     assert docking._stage == "in"
     docking._dock(moment(20.0, BERTH + 0.2, 0.0))
     assert docking._stage == "stay"
-    docking._dock(moment(20.0 + STAY, BERTH, 0.0))
+    docking._dock(moment(20.0 + STAY_TIME, BERTH, 0.0))
     assert docking._stage == "stay"
-    assert docking._dock(moment(20.1 + STAY, BERTH, 0.0))["vx"] == SLOW
+    assert docking._dock(moment(20.1 + STAY_TIME, BERTH, 0.0))["vx"] == BAY_SPEED
     assert docking._stage == "out"
 
 

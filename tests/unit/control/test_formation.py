@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrx_mj.control.formation import (
-    CLOSING,
+    CLOSING_SPEED,
     SHAPES,
     WAITING_LAG,
-    YIELD,
+    YIELD_RATE,
     BoatLeader,
     Formation,
     PathLeader,
@@ -91,7 +91,7 @@ def test_a_boat_in_its_slot_wants_the_slot_s_velocity():
 def test_seen_from_the_slot_a_boat_comes_straight_at_it_and_not_too_fast(x, y):
     vx, vy = pursuit(boat(x, y), Spot(0.0, 0.0, 0.0, 0.0, 0.0), 1.0)
     vx -= 1.0  # of the slot
-    assert math.hypot(vx, vy) < CLOSING
+    assert math.hypot(vx, vy) < CLOSING_SPEED
     assert vx * x + vy * y == pytest.approx(-math.hypot(vx, vy) * math.hypot(x, y))
 
 
@@ -110,8 +110,8 @@ def test_what_is_kept_of_a_velocity_does_not_lead_into_another_boat(wanted, x, y
     kept = apart_velocity(boat(), wanted, [other], 7.0)
     distance = math.hypot(x, y)
     closing = ((kept[0] - vx) * x + kept[1] * y) / distance
-    assert closing <= max(YIELD * (distance - 7.0), ((wanted[0] - vx) * x + wanted[1] * y) / distance) + 1e-9
-    assert kept == wanted or closing == pytest.approx(YIELD * (distance - 7.0), abs=1e-9)
+    assert closing <= max(YIELD_RATE * (distance - 7.0), ((wanted[0] - vx) * x + wanted[1] * y) / distance) + 1e-9
+    assert kept == wanted or closing == pytest.approx(YIELD_RATE * (distance - 7.0), abs=1e-9)
 
 
 def test_boats_that_meet_head_on_both_go_to_starboard():

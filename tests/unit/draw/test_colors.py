@@ -54,7 +54,7 @@ LINES = {
     "wind": style.WIND_COLOR, "waves": style.WAVE_COLOR, "current": style.CURRENT_COLOR,
     "shore": static_chunks.SHORE_COLOR, "waypoints": static_chunks.WAYPOINT_COLOR,
     "thrust": static_chunks.THRUST_COLOR, "touches": task_chunks.TOUCH_COLOR,
-    **task_chunks.FATES, **task_chunks.STATUS, **{kind: color for kind, (color, _) in task_chunks.KINDS.items()},
+    **task_chunks.FATES, **task_chunks.STATUS, **{kind: color for kind, (color, _) in task_chunks.MARK_KINDS.items()},
     "right": task_chunks.RIGHT, "wrong": task_chunks.WRONG, "inside": task_chunks.INSIDE, "docked": task_chunks.DOCKED,
     "lost": task_chunks.LOST, "avoid": task_chunks.AVOID, "path": task_chunks.PATH, "beacon": task_chunks.BEACON,
     "score": task_chunks.SCORE_COLOR, "hits": task_chunks.HITS_COLOR, "sound": motion_chunks.SOUND_COLOR,

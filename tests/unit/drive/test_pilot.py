@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrx_mj import compile_world
-from vrx_mj.drive.pilot import HELP, OURS, Engine, Pilot, Wheel, engine_commands, engines_of, terminal_keys, window_key
-from vrx_mj.drive.session import LONGEST, PACES, Pacer
+from vrx_mj.drive.pilot import HELP, KEYS, Engine, Pilot, Wheel, engine_commands, engines_of, terminal_keys, window_key
+from vrx_mj.drive.session import MAX_LAG, PACES, Pacer
 
 LEFT = Engine("left", 1.0, -1.027135, True, 1.0)
 RIGHT = Engine("right", 1.0, 1.027135, True, 1.0)
@@ -68,7 +68,7 @@ def test_arrow_keys_add_tenths_up_to_full_power_and_space_stops():
     assert made.wheel == Wheel()
 
 
-@given(st.lists(st.sampled_from(sorted(OURS)), max_size=60))
+@given(st.lists(st.sampled_from(sorted(KEYS)), max_size=60))
 def test_whatever_is_pressed_commands_stay_within_bounds(keys):
     made = Pilot(dict.fromkeys(("a", "b"), TWIN), "a")
     for key in keys:
@@ -140,13 +140,13 @@ def test_a_terminal_sends_sequences_for_some_keys():
 
 @given(st.text())
 def test_whatever_a_terminal_sends_gives_keys_of_ours(text):
-    assert set(terminal_keys(text)) <= OURS
+    assert set(terminal_keys(text)) <= KEYS
 
 
 def test_the_help_names_every_key():
     told = " ".join(text for _, text in HELP)
     words = {"up", "down", "left", "right", "=", "tab"} | set("23456780")
-    assert [key for key in sorted(OURS - words) if key not in told] == []
+    assert [key for key in sorted(KEYS - words) if key not in told] == []
 
 
 def test_time_keeps_its_pace_without_drift():
@@ -157,7 +157,7 @@ def test_time_keeps_its_pace_without_drift():
 
 def test_a_long_halt_is_not_made_up_for():
     pacer = Pacer(0.01, 1.0, 0.0)
-    assert pacer.due(3600.0) == round(LONGEST / 0.01)
+    assert pacer.due(3600.0) == round(MAX_LAG / 0.01)
 
 
 def test_nothing_is_due_or_owed_while_paused():

@@ -11,7 +11,7 @@ from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.scene import (
     DAY,
-    FOAM,
+    FOAM_BRIGHTNESS,
     SEA,
     SKY_SIDE,
     daylight,
@@ -99,7 +99,7 @@ def test_the_palette_goes_from_deep_water_to_the_sky_and_from_foam_to_glitter():
     assert np.all(np.diff(palette[64:, 0].sum(axis=1)) >= 0)
     # glitter adds half of 255; either count is the nearest
     assert (palette[-1, 0] - plain[0]).tolist() == pytest.approx([127.5] * 3, abs=1.0)
-    assert palette[0].tolist() == [[round(255 * FOAM)] * 3] * 64
+    assert palette[0].tolist() == [[round(255 * FOAM_BRIGHTNESS)] * 3] * 64
 
 
 def test_in_fog_nothing_glitters():

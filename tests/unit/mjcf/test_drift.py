@@ -45,7 +45,7 @@ def test_short_waves_are_thrown_back_by_the_breadth_that_they_meet():
     hull = barge()
     index = int(np.searchsorted(hull.frequencies, math.sqrt(2.0 * math.pi * G / 1.0))) - 1
     row = index * hull.angles
-    bow, side = hull.reflected()[[row, row + hull.angles // 4]]
+    bow, side = hull.reflection_drift()[[row, row + hull.angles // 4]]
     assert bow == pytest.approx((0.5 * RHO * G * 2.0, 0.0, 0.0), rel=0.1, abs=1e-6 * RHO * G)
     assert side == pytest.approx((0.0, 0.5 * RHO * G * 4.0, 0.0), rel=0.1, abs=1e-6 * RHO * G)
 
@@ -58,7 +58,7 @@ def test_a_hull_that_throws_waves_all_around_feels_the_power_over_their_speed():
     omega = hull.waves["frequency"]
     damping = omega**3 / (4.0 * math.pi * RHO * G**3) * 2.0 * math.pi * 5000.0**2  # Newman (1962)
     force = 0.5 * damping * 0.3**2 * omega / G
-    assert hull.radiated()[:, :2] == pytest.approx(force[:, None] * hull.waves["direction"], rel=1e-9, abs=1e-9)
+    assert hull.radiation_drift()[:, :2] == pytest.approx(force[:, None] * hull.waves["direction"], rel=1e-9, abs=1e-9)
     barge.cache_clear()
 
 
@@ -104,7 +104,9 @@ def test_a_table_has_at_a_speed_what_the_forces_lack_there(axis, first, tau):
     hull = barge()
     speed = hull.at(tau * np.eye(2)[axis])
     most = RHO * G * 4.0 * np.array((1.0, 1.0, 4.0))
-    lacks = np.clip(hull.met_at(speed, hull.radiated() + hull.reflected()) - speed.own_mean(), -most, most)
+    lacks = np.clip(
+        hull.met_at(speed, hull.radiation_drift() + hull.reflection_drift()) - speed.own_mean(), -most, most
+    )
     table, slow = np.array(with_drift(hull, None, np.eye(6)).drift.forces)[2::2], speed.tau[:, axis].reshape(-1, 16, 1)
     found = table[..., :3] + slow * table[..., first : first + 3] + slow**2 * table[..., first + 3 : first + 6]
     assert found.reshape(-1, 3) == pytest.approx(lacks, rel=1e-9, abs=1e-6)

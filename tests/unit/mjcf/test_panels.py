@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from unit.physics.test_panels import barge, off
 from vrx_mj.mjcf.flotation import flotation_at
-from vrx_mj.mjcf.surfaces import FEWEST, panels_of
+from vrx_mj.mjcf.surfaces import MIN_PANELS, panels_of
 
 
 def edges(triangles):
@@ -25,7 +25,7 @@ def test_a_divided_barge_is_closed_and_the_same(size):
     assert set(counts.values()) == {1}
     assert all((b, a) in counts for a, b in counts)
     assert flotation_at(points[triangles], 100.0).volume == pytest.approx(np.prod(size))
-    assert FEWEST <= len(triangles) <= 5 * FEWEST  # 224 to 832 of 4000 that were drawn
+    assert MIN_PANELS <= len(triangles) <= 5 * MIN_PANELS  # 224 to 832 of 4000 that were drawn
     lengths = np.linalg.norm(points[triangles] - points[np.roll(triangles, 1, axis=1)], axis=2)
     assert lengths.max() <= 0.35 * max(size)
 

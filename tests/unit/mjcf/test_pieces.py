@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from vrx_mj.mjcf.compile import compile_world, with_boat, without
-from vrx_mj.mjcf.pieces import MANY, Detail
+from vrx_mj.mjcf.pieces import MIN_GROUPED, Detail
 from vrx_mj.mjcf.world import World, make_world
 
 RAFT = {"name": "raft", "pose": [20, 0, 0, 0, 0, 0.3], "dynamic": True, "layout": "X  X\nX  X\nXXXX\n"}
@@ -97,14 +97,14 @@ def test_groups_are_read_as_the_whole(detail, monkeypatch):
     world = compile_world({"objects": [{"name": "b", "model": "robotx_light_buoy", "pose": [0, 40, 0, 0, 0, 0]}]},
                           fleet={"boats": boats})  # fmt: skip
     pieces = world.pieces
-    assert len(pieces.parts) > MANY
+    assert len(pieces.parts) > MIN_GROUPED
     lengths, from_string = [], mujoco.MjSpec.from_string
     monkeypatch.setattr(
         mujoco.MjSpec, "from_string", lambda text, **files: lengths.append(len(text)) or from_string(text, **files)
     )
     grouped = pieces.spec(detail)
     assert len(lengths) > 3
-    monkeypatch.setattr("vrx_mj.mjcf.pieces.MANY", 10_000)
+    monkeypatch.setattr("vrx_mj.mjcf.pieces.MIN_GROUPED", 10_000)
     whole = pieces.spec(detail)
     assert not different(grouped.compile(), whole.compile())
 

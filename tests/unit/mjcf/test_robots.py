@@ -18,7 +18,7 @@ from vrx_mj.config.fleet import Order
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.mjcf.boats import Boat, axis_inertia, boat_mass, body_mass, push_center, turning_mass
 from vrx_mj.mjcf.build import build_boat
-from vrx_mj.mjcf.robots import LIGHTEST, hull_row, robot_piece, stiffness, thruster_rows
+from vrx_mj.mjcf.robots import SERVO_INERTIA, hull_row, robot_piece, stiffness, thruster_rows
 from vrx_mj.model.boats import Hull, Inertia
 from vrx_mj.packages import root
 from vrx_mj.rigid_bodies import combine, rigid, with_pose
@@ -411,6 +411,6 @@ def test_an_engine_that_a_urdf_gives_no_inertia_has_a_servo_that_turns_it(engine
     shaft = joint("shaft", "stern_propeller", parent="stern", kind="continuous")
     parts = (stern, tiller, link("stern_propeller", mass=0), shaft, thruster("stern", "tiller"))
     (row,) = thruster_rows(assemble(*parts, hull=hull), engines, "")
-    assert row.inertia == LIGHTEST
+    assert row.inertia == SERVO_INERTIA
     if engines == "hinged":
         assert row.body_com == (0.0, 0.0, 0.0)

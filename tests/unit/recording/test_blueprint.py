@@ -23,13 +23,13 @@ from vrx_mj.recording.blueprint import (
     whole_run,
 )
 from vrx_mj.recording.eyes import (
-    LETTER,
+    LETTER_WIDTH,
     PLAN_ASPECT,
     PLAN_LINE,
     PLAN_LINES,
     PLAN_MARGIN,
     PLAN_SLOPE,
-    PLATE,
+    PLATE_HEIGHT,
     followed_circle,
     name_spots,
     names_apart,
@@ -196,7 +196,7 @@ def test_names_that_would_cover_each_other_are_not_in_a_plan_that_follows(way):
         replace(body, pose=(*next(places), *body.pose[2:])) if body.kind == "boat" else body for body in full.bodies
     )
     scene = replace(full, bodies=bodies, parameters=partial(CALM | {"waypoints": []}))
-    size = LETTER * (len("wamv1") + 2) if way[0] else PLATE
+    size = LETTER_WIDTH * (len("wamv1") + 2) if way[0] else PLATE_HEIGHT
     height = 20.0 / (size * LINE) / PLAN_SLOPE
     assert hidden_names(scene, np.zeros(2), 0.99 * height) == []
     assert hidden_names(scene, np.zeros(2), 1.01 * height) == ["- /world/boats/wamv2/label/name"]
@@ -206,7 +206,7 @@ def test_names_of_bays_stand_apart_and_in_the_middle_of_their_dock():
     """Bays of 6 m in a plan of 105 m, of which a line is an 18th, each name on a plate of a line and a half."""
     bays = [np.array([30.0, 6.0 * number]) for number in range(3)]
     spots = names_apart(bays)
-    assert np.diff([y for _, y in spots]).min() > PLATE * 105.0 / PLAN_LINES
+    assert np.diff([y for _, y in spots]).min() > PLATE_HEIGHT * 105.0 / PLAN_LINES
     assert np.mean(spots, axis=0) == pytest.approx(bays[1])
     assert names_apart(bays[:1])[0] == pytest.approx(bays[0])
     assert names_apart([]) == []
@@ -214,11 +214,11 @@ def test_names_of_bays_stand_apart_and_in_the_middle_of_their_dock():
 
 def boxes(spots, names):
     """West, south, east and north (4, boats) of names at places (boats, 2), which a viewer writes under them."""
-    half = LINE * LETTER * (0.5 * np.array([len(name) for name in names]) + 1.0)
-    return np.array([spots[:, 0] - half, spots[:, 1] - PLATE * LINE, spots[:, 0] + half, spots[:, 1]])
+    half = LINE * LETTER_WIDTH * (0.5 * np.array([len(name) for name in names]) + 1.0)
+    return np.array([spots[:, 0] - half, spots[:, 1] - PLATE_HEIGHT * LINE, spots[:, 0] + half, spots[:, 1]])
 
 
-BESIDE, ABOVE = LINE * LETTER * (0.5 * len("wamv") + 1.0 + 0.5 * len("a") + 1.0), PLATE * LINE
+BESIDE, ABOVE = LINE * LETTER_WIDTH * (0.5 * len("wamv") + 1.0 + 0.5 * len("a") + 1.0), PLATE_HEIGHT * LINE
 """How far apart places are whose names touch at their sides, or at top and bottom."""
 
 
@@ -255,7 +255,7 @@ def test_names_in_the_plan_of_a_track_cover_neither_each_other_nor_another_boat(
     east, north = np.moveaxis(np.abs(every[:, None] - every[:, :, None]) + np.eye(7)[..., None], -1, 0)
     lonely = ((east > 1.2) | (north > 0.2)).all(axis=(1, 2)) & (places[..., 1].min(axis=1) > 2.0 * LINE - 1.0)
     assert spots[lonely] == pytest.approx(places[lonely])
-    assert np.nanmin(spots[..., 1], initial=0.0) > PLATE * LINE - 1.0
+    assert np.nanmin(spots[..., 1], initial=0.0) > PLATE_HEIGHT * LINE - 1.0
     for moment, there in zip(spots, places, strict=True):
         known = np.flatnonzero(np.isfinite(moment[:, 0]))
         west, south, east, north = boxes(

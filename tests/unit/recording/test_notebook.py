@@ -137,7 +137,7 @@ def drawn(shell, monkeypatch):
 
 
 def test_a_bar_in_a_notebook_ends_where_the_run_ended(drawn, sim, monkeypatch):
-    monkeypatch.setattr(notebook, "REDRAWN", 0.0)
+    monkeypatch.setattr(notebook, "REDRAW_PERIOD", 0.0)
     with vrx_mj.progress(sim, 4.0) as tick:
         tick(1.0)
         tick(3.0)
@@ -147,7 +147,7 @@ def test_a_bar_in_a_notebook_ends_where_the_run_ended(drawn, sim, monkeypatch):
 
 
 def test_a_bar_in_a_notebook_is_not_redrawn_at_every_call_but_at_the_end(drawn, sim, monkeypatch):
-    monkeypatch.setattr(notebook, "REDRAWN", 3600.0)
+    monkeypatch.setattr(notebook, "REDRAW_PERIOD", 3600.0)
 
     def fail():
         with vrx_mj.progress(sim, 100.0) as tick:

@@ -35,15 +35,15 @@ from vrx_mj.recording.video.filming import (
     task_lines,
 )
 from vrx_mj.recording.video.stage import (
+    ABOVE_MARGIN,
     AHEAD,
     BEHIND,
+    FOAM_HEIGHT,
     FULL_SPEED,
     HIGH,
-    LARGE,
+    LARGE_RADIUS,
     LASTS,
-    OVER,
-    PIECES,
-    ROOM,
+    MAX_PIECES,
     SPREAD,
     WHITE,
     WIDTH,
@@ -97,7 +97,7 @@ def test_the_chasing_eye_is_behind_the_boat_and_looks_before_it(heading):
 
 def test_the_chasing_eye_sees_all_of_a_large_boat_as_large_as_one_that_is_smaller():
     chase, spots = Chase(straight(2.0), 0.5), []
-    for radius in (LARGE, 3.0 * LARGE):
+    for radius in (LARGE_RADIUS, 3.0 * LARGE_RADIUS):
         chase.radius = radius
         stern = np.array([30.0 - radius, 0.0, 0.5])
         spots.append(project(view_of(chase.eye(15.0), 200, 100), stern, 200, 100))
@@ -118,7 +118,7 @@ def test_the_eye_above_has_all_boats_in_its_picture_at_all_times_and_north_up():
         assert all(0.0 < column < 1600.0 and 0.0 < row < 900.0 for column, row, _ in seen)
         order = np.argsort([spot[1] for spot in spots])
         assert np.all(np.diff([seen[i][1] for i in order]) <= 1e-6)
-    assert ROOM > 0.0
+    assert ABOVE_MARGIN > 0.0
 
 
 @pytest.mark.parametrize("heading", [0.0, 1.0, 2.4, -2.0, -0.7])
@@ -169,7 +169,7 @@ def foam(path, *sterns):
 def test_foam_lies_on_the_sea_behind_the_stern_and_fades():
     (edges,), (shades,) = foam(straight(FULL_SPEED), (-2.0, 1.0)).strips(20.0, height)
     x, y, z = edges.reshape(-1, 3).T
-    assert z == pytest.approx(height(x, y) + OVER)
+    assert z == pytest.approx(height(x, y) + FOAM_HEIGHT)
     assert x.max() == pytest.approx(FULL_SPEED * 20.0 - 2.0)
     assert x.min() == pytest.approx(FULL_SPEED * (20.0 - LASTS) - 2.0, abs=1e-9)  # where it was `LASTS` ago
     assert np.abs(y[:-2] - 1.0).min() == pytest.approx(WIDTH / 2, rel=1e-3)  # the last piece has no length
@@ -298,7 +298,7 @@ def test_foam_is_a_skin_that_faces_up_with_a_strip_for_each_wake():
     skin.move(20.0, height)
     corners = skin.vertices[model.skin_face].astype(float)
     up = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2]
-    assert skin.strips(20.0, height)[0].shape == (2, PIECES, 2, 3)
+    assert skin.strips(20.0, height)[0].shape == (2, MAX_PIECES, 2, 3)
     assert up.min() >= 0.0
     widths = WIDTH + SPREAD * np.arange(0.0, LASTS, 0.2)
     assert up.sum() / 2 == pytest.approx(2 * widths.mean() * FULL_SPEED * LASTS, rel=0.02)

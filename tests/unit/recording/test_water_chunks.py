@@ -21,7 +21,7 @@ from vrx_mj.recording.sea_meshes import (
     HORIZON,
     MOST_LINES,
     STEP,
-    STILL,
+    STILL_ERROR,
     bands,
     grid_around,
     hull_lines,
@@ -31,7 +31,7 @@ from vrx_mj.recording.sea_meshes import (
 )
 from vrx_mj.recording.simulation_scene import scene_of
 from vrx_mj.recording.timeline import Held
-from vrx_mj.recording.water_chunks import FASTEST, LEAD, OVER, SUNK, WAKE_WIDTHS, WaterChunks, speed_colors
+from vrx_mj.recording.water_chunks import HEIGHTS, LEAD, MAX_COLOR_SPEED, SUNK, WAKE_WIDTHS, WaterChunks, speed_colors
 
 TRIO = np.array([[0.0, 20.0], [17.3, -10.0], [-17.3, -10.0]])
 FLEETS = {
@@ -198,7 +198,7 @@ def test_wakes_lie_on_the_drawn_sea_and_at_a_hull_on_the_sea_itself(storm):
     """There the fleet's mesh is lower. Planes of cells of 3 m are off by some cm, rms."""
     height, _, scene, chunks = storm
     swell = swell_of(height)
-    over, fleet = OVER[0] + OVER[1] * swell.deviation, fleet_mesh(chunks)
+    over, fleet = HEIGHTS[0] + HEIGHTS[1] * swell.deviation, fleet_mesh(chunks)
     time, wakes = frames(chunks, f"/world/wakes/{scene.boats()[0].name}", "vertex_positions")
     assert len(time) == 10 * swell.rate
     for moment, wake in zip(time, wakes, strict=True):
@@ -279,7 +279,7 @@ def test_the_patch_that_is_shown_is_near_the_water_in_blocks_of_any_length():
             pose = recorded_run.row_at(moment)[14:21]
             within = latest(shown, moment).reshape(len(lines[1]), len(lines[0]), 3)[1:-1, 1:-1]
             x, y, z = np.moveaxis(within @ rotation_matrix(pose[3:]).T + pose[:3], -1, 0)
-            assert z == pytest.approx(recorded_run.sea_height(x, y, moment), abs=STILL + CHORD + 2e-3)
+            assert z == pytest.approx(recorded_run.sea_height(x, y, moment), abs=STILL_ERROR + CHORD + 2e-3)
 
 
 @given(
@@ -396,10 +396,10 @@ def luminance(rgb):
 
 
 def test_the_colours_of_speeds_get_lighter_and_stand_out_from_the_plan():
-    shades = luminance(speed_colors(np.linspace(0.0, FASTEST, 16)))
+    shades = luminance(speed_colors(np.linspace(0.0, MAX_COLOR_SPEED, 16)))
     assert (np.diff(shades) > 0.0).all()
     assert (shades[0] + 0.05) / (luminance(PLAN_WATER) + 0.05) > 3.0
-    assert (speed_colors(np.array([2.0 * FASTEST])) == speed_colors(np.array([FASTEST]))).all()
+    assert (speed_colors(np.array([2.0 * MAX_COLOR_SPEED])) == speed_colors(np.array([MAX_COLOR_SPEED]))).all()
 
 
 def test_a_track_has_the_colour_of_its_speed():

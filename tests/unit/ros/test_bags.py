@@ -18,7 +18,7 @@ import vrx_mj
 from needs import ROSBAG, needs
 from vrx_mj.errors import RecordError, UnknownNameError, VrxWarning
 from vrx_mj.ros import cdr
-from vrx_mj.ros.bags import FIRST, HEAVY, KINDS, Bag, bag_run
+from vrx_mj.ros.bags import FIRST, HEAVY_TYPES, KINDS, Bag, bag_run
 from vrx_mj.ros.interface import Output, RosInterface, Sent, Transport
 from vrx_mj.ros.messages import new, stamp
 from vrx_mj.ros.table.viewers import MARKERS, START
@@ -109,7 +109,7 @@ def test_latched_topics_are_marked_so(tmp_path, name):
 
 
 def test_images_and_points_are_written_only_where_they_are_named(tmp_path):
-    assert {kind for kind in TYPES.values() if kind in HEAVY} == {"sensor_msgs/Image"}
+    assert {kind for kind in TYPES.values() if kind in HEAVY_TYPES} == {"sensor_msgs/Image"}
     written(tmp_path / "out.bag", topics=["/wamv/sensors/cameras/*"])
     images = [message for topic, *_, message in read(tmp_path / "out.bag") if topic == IMAGE]
     assert [image.data.tolist() for image in images] == [list(range(12))] * 3
@@ -264,7 +264,7 @@ for bag in made:
     bag.start()
     bag.offer(test_bags.RosInterface(test_bags.OUTPUTS))
 for k in range(101):
-    bags.FLUSH = 0.0 if k < 100 else 1e9  # what came last was not yet due
+    bags.FLUSH_PERIOD = 0.0 if k < 100 else 1e9  # what came last was not yet due
     for bag in made:
         bag.publish(test_bags.batch(0.1 * k))
 os.kill(os.getpid(), 9)
@@ -382,7 +382,7 @@ def test_a_full_disk_is_told_and_ends_the_bag(tmp_path, monkeypatch):
     bag.offer(RosInterface(OUTPUTS))
     bag._file._writer.bio.close()
     bag._file._writer.bio = Path("/dev/full").open("wb")  # noqa: SIM115
-    monkeypatch.setattr("vrx_mj.ros.bags.FLUSH", 0.0)
+    monkeypatch.setattr("vrx_mj.ros.bags.FLUSH_PERIOD", 0.0)
     with pytest.raises(RecordError) as caught:
         bag.publish(batch(0.0))
     assert str(caught.value) == f"cannot write the bag '{tmp_path / 'out.bag'}': No space left on device"

@@ -18,11 +18,11 @@ from vrx_mj.ros import cdr
 from vrx_mj.ros.interface import Inbox, Output, RosInterface, Sent
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.ros_server import RosServer
-from vrx_mj.ros.serve import MOST_SENTENCES, SENTENCE, Nmea, Wanted, nmea_outputs, nmea_topics, serve
+from vrx_mj.ros.serve import MOST_SENTENCES, SENTENCE_TYPE, Nmea, Wanted, nmea_outputs, nmea_topics, serve
 
 SOON = 20.0
 """Wall time after which what does not come is missing [s]."""
-OUTPUT = Output(nmea_topics("a")[0], SENTENCE, lambda: None)
+OUTPUT = Output(nmea_topics("a")[0], SENTENCE_TYPE, lambda: None)
 TABLE = RosInterface({OUTPUT.name: OUTPUT})
 
 
@@ -43,7 +43,7 @@ def closing(wire):
 
 
 def line(number=0, size=0):
-    return Sent(OUTPUT, new(SENTENCE, sentence=f"$IITXT,{number:06d}".rjust(size)), 0.0)
+    return Sent(OUTPUT, new(SENTENCE_TYPE, sentence=f"$IITXT,{number:06d}".rjust(size)), 0.0)
 
 
 def until(is_done):
@@ -151,7 +151,7 @@ def test_sentences_are_topics_of_ros_1_and_ros_2(bay, dialect):
     assert all(sent.message.sentence.startswith("!AIVDM") for sent in scene.network.got[ais])
     fix = next(sent.message for sent in scene.network.got[own] if "RMC" in sent.message.sentence)
     assert fix.header.frame_id.startswith(f"{boat}/gps")
-    assert cdr.decode(cdr.encode(fix, SENTENCE), SENTENCE).sentence == fix.sentence
+    assert cdr.decode(cdr.encode(fix, SENTENCE_TYPE), SENTENCE_TYPE).sentence == fix.sentence
 
 
 def test_both_generations_of_topics_and_the_wire_carry_the_same(bay):

@@ -7,7 +7,7 @@ import pytest
 
 from ros_scene import Fake
 from vrx_mj.ros import serve as serving
-from vrx_mj.ros.serve import CATCHING_UP, LONGEST, Wanted
+from vrx_mj.ros.serve import CATCHING_UP, MAX_LAG, Wanted
 
 STEP = 0.01
 
@@ -73,7 +73,7 @@ def test_lost_time_is_made_up_little_by_little(monkeypatch, stall, rate, clock):
     ahead = np.arange(len(at)) - CATCHING_UP * np.array(at) / period
     assert (ahead - np.minimum.accumulate(ahead)).max() <= 2.0 + CATCHING_UP * STEP / rate / period + 1e-6
     made_up = len(at) * period - (at[-1] - at[0])
-    assert made_up == pytest.approx(-max(0.0, stall - LONGEST), abs=2.0 * period + 0.02)
+    assert made_up == pytest.approx(-max(0.0, stall - MAX_LAG), abs=2.0 * period + 0.02)
     assert len(told) == (stall > 0.2)
 
 

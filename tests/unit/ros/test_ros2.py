@@ -15,7 +15,7 @@ from vrx_mj.ros.cdr import encode, fields
 from vrx_mj.ros.interface import Inbox, Output, RosInterface, Sent, Service
 from vrx_mj.ros.limits import MOST_WAITING
 from vrx_mj.ros.messages import new
-from vrx_mj.ros.ros2 import RANGE, Ros2
+from vrx_mj.ros.ros2 import RANGE_VARIABLE, Ros2
 
 OWN = ".".join(platform.python_version_tuple()[:2])
 WHEELS = install_command("ros-jazzy-rclpy", "ros-jazzy-rmw-fastrtps-cpp", "ros-jazzy-common-interfaces")
@@ -155,7 +155,7 @@ class Node:
 @pytest.fixture
 def opened(monkeypatch):
     node = Node()
-    monkeypatch.setenv(RANGE, "OFF")
+    monkeypatch.setenv(RANGE_VARIABLE, "OFF")
     monkeypatch.setattr(
         ros2_node, "load_rclpy", lambda: SimpleNamespace(get_rmw_implementation_identifier=lambda: "rmw")
     )
@@ -178,16 +178,16 @@ def test_lines_say_where_it_is_and_what_to_install(opened):
         "ROS 2: no tf2_msgs here (apt-get install ros-kilted-tf2-msgs): its topics, as /tf and /tf_static, "
         "are not published"
     )
-    assert opened.lines == [f"ROS 2: node /vrx_mj in domain 7 by rmw, {RANGE}=OFF", missing]
+    assert opened.lines == [f"ROS 2: node /vrx_mj in domain 7 by rmw, {RANGE_VARIABLE}=OFF", missing]
 
 
 @pytest.mark.parametrize(
     ("host", "reach"), [("127.0.0.1", "LOCALHOST"), ("localhost", "LOCALHOST"), ("0.0.0.0", "SUBNET")]
 )
 def test_a_node_of_this_machine_alone_looks_no_further(opened, monkeypatch, host, reach):
-    monkeypatch.delenv(RANGE)
+    monkeypatch.delenv(RANGE_VARIABLE)
     ros2 = Ros2(Inbox(), host=host)
-    assert ros2.start()[0].endswith(f"{RANGE}={reach}")
+    assert ros2.start()[0].endswith(f"{RANGE_VARIABLE}={reach}")
     ros2.close()
 
 

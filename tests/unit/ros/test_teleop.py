@@ -233,7 +233,7 @@ def test_boats_come_and_go(world):
 
 
 def test_a_lost_connection_is_told_and_comes_again(world, monkeypatch):
-    monkeypatch.setattr(driving, "RETRY", 0.05)
+    monkeypatch.setattr(driving, "RETRY_PERIOD", 0.05)
     driver = at_helm(world)
     turn(driver, "i")
     world.bridge.close()
@@ -264,7 +264,7 @@ def test_an_unknown_boat_is_told_with_those_that_there_are(world):
 
 
 def test_another_rosbridge_is_told(monkeypatch):
-    monkeypatch.setattr(driving, "GREETING", 0.1)
+    monkeypatch.setattr(driving, "GREETING_TIMEOUT", 0.1)
     with Bridged() as other, pytest.raises(NetworkError) as caught:
         RosbridgeDriver(other.url, None, say=print)
     assert str(caught.value) == (

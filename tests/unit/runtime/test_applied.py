@@ -7,7 +7,7 @@ import pytest
 
 import vrx_mj
 from vrx_mj.errors import CommandError
-from vrx_mj.runtime.applied import FASTEST, MOST, STRONGEST, AppliedForce, AppliedForces
+from vrx_mj.runtime.applied import MAX_ACCELERATION, MAX_FORCES, MAX_SPEED, AppliedForce, AppliedForces
 
 FLEET = {"usv_count": 2, "layout": "line", "spacing": 20.0, "origin": "spawn", "sensors": "none"}
 
@@ -109,9 +109,9 @@ def test_what_cannot_move_is_told_and_too_many_are_refused(world):
     pushed = Pushed(world)
     with pytest.raises(CommandError, match=r"^antenna cannot move$"):
         pushed.forces.add(AppliedForce("antenna", "antenna/link", "", np.ones(6), 0.0, 1.0))
-    for _ in range(MOST):
+    for _ in range(MAX_FORCES):
         pushed.push((1.0, 0, 0, 0, 0, 0))
-    with pytest.raises(CommandError, match=rf"^{MOST} forces are already applied$"):
+    with pytest.raises(CommandError, match=rf"^{MAX_FORCES} forces are already applied$"):
         pushed.push((1.0, 0, 0, 0, 0, 0))
 
 
@@ -141,8 +141,8 @@ def test_the_strongest_force_that_is_taken_ends_no_run(world, axis):
     body = pushed.sim.model.body("wamv1/base_link").id
     scale = pushed.sim.model.body_subtreemass[body] if axis < 3 else pushed.sim.model.body_inertia[body].min()
     for sign in (1.0, -1.0):
-        values[axis] = sign * 0.9 * STRONGEST * scale
+        values[axis] = sign * 0.9 * MAX_ACCELERATION * scale
         pushed.push(values, seconds=math.inf)
         pushed.forces.advance(500)
-        assert pushed.told.pop() == f"the force on wamv1 ends: it is faster than {FASTEST:g} m/s or rad/s"
+        assert pushed.told.pop() == f"the force on wamv1 ends: it is faster than {MAX_SPEED:g} m/s or rad/s"
         pushed.sim.set_boat("wamv1", velocity=(0,) * 6)

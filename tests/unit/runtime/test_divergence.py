@@ -157,12 +157,12 @@ def diverge(time, size=1):
 
 def test_the_last_ten_states_are_kept(temporary):
     folders = [diverge(float(time)) for time in range(1, 26)]
-    assert sorted(temporary.iterdir()) == sorted(folders[-state.KEPT :])
+    assert sorted(temporary.iterdir()) == sorted(folders[-state.MAX_KEPT :])
     assert all(folder.stat().st_mode & 0o777 == 0o700 for folder in temporary.iterdir())
 
 
 def test_they_hold_no_more_than_their_share(temporary, monkeypatch):
-    monkeypatch.setattr(state, "KEPT_BYTES", 20_000)
+    monkeypatch.setattr(state, "MAX_KEPT_BYTES", 20_000)
     folders = [diverge(float(time), size=1000) for time in range(1, 6)]  # of 8 kB each
     assert sorted(temporary.iterdir()) == sorted(folders[-2:])
     assert diverge(9.0, size=10_000).is_dir()
@@ -183,7 +183,7 @@ def test_what_looks_alike_but_is_not_ours_is_left_alone(temporary, tmp_path_fact
         diverge(float(time))
     left = set(temporary.iterdir())
     assert before < left
-    assert len(left - before) == state.KEPT
+    assert len(left - before) == state.MAX_KEPT
     assert (elsewhere / "precious").exists()
 
 

@@ -10,7 +10,7 @@ import pytest
 import vrx_mj
 from vrx_mj.mjcf.compile import with_boat, without
 from vrx_mj.model.world import tree_of
-from vrx_mj.runtime.stepping_models import PhysicsModels, _compiled, arena_bytes, stepping_models
+from vrx_mj.runtime.stepping_models import PhysicsModels, _shared_models, arena_bytes, stepping_models
 
 TWO = {
     "boats": [
@@ -93,7 +93,7 @@ def test_what_differs_is_told():
 @pytest.mark.parametrize(("robot", "read_alone"), [("wamv", 2), ("barge_4m", 2), ("cora", 3)])
 def test_who_comes_last_is_joined_and_nothing_is_read_again(monkeypatch, robot, read_alone):
     """Each of both models reads the boat, and the one with shapes the meshes that it has not."""
-    _compiled.cache_clear()
+    _shared_models.cache_clear()
     world = vrx_mj.compile_world("ocean", fleet=TWO)
     stepping = PhysicsModels(roomy=False)
     stepping.models(world)
@@ -115,7 +115,7 @@ def test_another_world_is_read():
 
 @pytest.mark.parametrize("roomy", [True, False])
 def test_the_next_runs_of_a_world_have_the_same_models_without_compiling(monkeypatch, roomy):
-    _compiled.cache_clear()
+    _shared_models.cache_clear()
     models = PhysicsModels(roomy=roomy).models(vrx_mj.compile_world("ocean", fleet=TWO))
     first = [*map(copy.copy, models)]
     monkeypatch.delattr(mujoco.MjSpec, "compile")
@@ -146,5 +146,5 @@ def test_boats_join_a_run_whose_models_were_kept():
         stepping = PhysicsModels()
         stepping.models(world)
     joined = stepping.models(later)
-    _compiled.cache_clear()
+    _shared_models.cache_clear()
     assert not any(map(different, PhysicsModels().models(later), joined))

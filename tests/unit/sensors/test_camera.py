@@ -386,9 +386,9 @@ def test_cameras_that_another_thread_lets_go_do_no_harm():
     thread = threading.Thread(target=left.close)
     thread.start()
     thread.join()
-    assert threading.current_thread() in canvas._LEFT
+    assert threading.current_thread() in canvas._ORPHANS
     pictures += [cameras.image(config(), data, np.zeros(3), LEVEL, 1.0).rgb for cameras in (kept, left)]
-    assert threading.current_thread() not in canvas._LEFT  # the second one has a new canvas
+    assert threading.current_thread() not in canvas._ORPHANS  # the second one has a new canvas
     assert all(np.array_equal(picture, pictures[0]) for picture in pictures)
 
 

@@ -14,7 +14,7 @@ from unit.tasks.streams import frame, pose
 from vrx_mj.errors import CommandError
 from vrx_mj.frames import quaternion, rotation
 from vrx_mj.model.tasks import Box
-from vrx_mj.tasks.dock import FASTEST, crosses, relative
+from vrx_mj.tasks.dock import MAX_BALL_SPEED, crosses, relative
 from vrx_mj.tasks.referee import LightUp, Pose, Release, ShowSymbol
 
 
@@ -256,7 +256,7 @@ def test_a_new_shot_does_not_fly_through_holes_on_its_way_to_the_muzzle():
 
 @pytest.mark.parametrize(("share", "score"), [(0.999, 5.0), (1.001, 0.0)])
 def test_what_is_too_fast_for_a_ball_was_shot_anew(share, score):
-    length = FASTEST * 0.05 * share
+    length = MAX_BALL_SPEED * 0.05 * share
     assert Run(docking()).go(ball=(5.2, 9.6, 2.83)).go(ball=(5.2 + length, 9.6, 2.83)).score == score
 
 

@@ -11,7 +11,7 @@ from vrx_mj.config.objects import load_object
 from vrx_mj.errors import CommandError
 from vrx_mj.model import tasks
 from vrx_mj.tasks import make_referee
-from vrx_mj.tasks.courses import FAILURE, Gate, gate_between, passage, side_of
+from vrx_mj.tasks.courses import FAILURE_SCORE, Gate, gate_between, passage, side_of
 
 COURSES = courses()
 EAST = Gate(0.0, 0.0, 0.0, 10.0)
@@ -278,7 +278,7 @@ def test_a_course_sailed_with_red_to_port_fails_at_its_first_gate():
     for course, gates in COURSES.items():
         referee = channel(gates)
         lines = sail_channel(referee, *reversed(through(gates[0])), gates=gates)
-        assert (referee.is_over, referee.status.score) == (True, FAILURE), course
+        assert (referee.is_over, referee.status.score) == (True, FAILURE_SCORE), course
         assert lines == ["gate 1 crossed backwards: failed"], course
 
 

@@ -53,6 +53,15 @@ _MOST = 4_000_000
 """Characters of all texts of the launch files that one includes."""
 _SUBSTITUTION = re.compile(r"\$\(([^)]*)\)")
 _ONE_WORD = ("find", "arg", "anon", "env")
+_DEEPEST = 20
+"""Launch files that may include each other."""
+_FILE = 100
+"""Weight of reading a file, counted as notes and elements."""
+_OWN_ARGUMENTS = {"namespace", "locked"}
+"""Arguments of a boat's xacro that are the name of the boat and the lock of the task here."""
+SERVING = "vrx_mj_serve"
+"""Type of the node that starts one of VRX's own launch files here."""
+_LAUNCHES_WORLDS = {"empty_world.launch", "willowgarage_world.launch"}
 
 
 class Substitutions:
@@ -129,15 +138,6 @@ _COMMANDS: Mapping[str, Callable[[Substitutions, list[str], Mapping[str, str], P
 }
 
 
-_DEEPEST = 20
-"""Launch files that may include each other."""
-_FILE = 100
-"""Weight of reading a file, counted as notes and elements."""
-_OWN_ARGUMENTS = {"namespace", "locked"}
-"""Arguments of a boat's xacro that are the name of the boat and the lock of the task here."""
-SERVING = "vrx_mj_serve"
-"""Type of the node that starts one of VRX's own launch files here."""
-_LAUNCHES_WORLDS = {"empty_world.launch", "willowgarage_world.launch"}
 _Description = tuple[Path | str, dict[str, str]]
 """The file of a robot's description or the name of one of ours, and the arguments of its xacro."""
 

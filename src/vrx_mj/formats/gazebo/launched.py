@@ -33,6 +33,32 @@ _FLAGS = ("urdf", "sdf", "stdin", "unpause", "b", "gazebo", "package_to_model", 
 _VALUED = ("file", "param", "database", "model", *POSE, "reference_frame", "gazebo_namespace", "robot_namespace",
           "wait", "J", "entity", "topic", "timeout")  # fmt: skip
 """Options with a value, those of ROS 2 among them; that of -J is two words."""
+_CLASSIC, _OLDER, _WAVES, _MARITIME = PACKAGES = ("vrx_gazebo", "vrx_2019", "wave_gazebo", "vorc_gazebo")
+"""Packages that hold launch files; a launch file that two of them have is that of the earlier one."""
+_FOLDER = root() / "assets" / "launch"
+"""Launch files of ours by VRX's names, in folders of their packages: arguments with VRX's defaults, and our node."""
+TABLE: Mapping[str, Any] = json.loads(Path(__file__).with_suffix(".json").read_bytes())
+"""VRX's launch files: the boats of those that have several, what to do instead of arguments that have no effect here
+(nothing is lost where the value is the default), and those that open no world. Packages of ROS and VRX that need not be
+there, and what a folder may hold instead of worlds, by what to do with it and the ends of the files' names."""
+_USUAL = {"paused": "false"}
+"""Defaults that are others than those of all launch files."""
+_LOCKS = ("wamv_locked", "robot_locked")
+"""Arguments that hold a boat in its place."""
+PLACES = {"sandisland": "sand_island", "sydneyregatta": "sydney_regatta", "nbpark": "vrx2023/nbpark"}
+"""World files of VRX that have other names here."""
+_ENDINGS = (".launch.py", ".launch.xml", ".launch", ".world.xacro", ".world", ".sdf")
+_TOOLS: Mapping[str, Mapping[str, Any]] = TABLE["tools"]
+"""VRX's launch files that open no world here: the `command` that does the work of each, its `options` by the names of
+arguments, each with what to type where it is not given (empty: nothing), and the `reason`: what to know before."""
+NAMED_PACKAGES = LIBRARIES | {*TABLE["packages"]}
+"""Packages of ROS and VRX that need not be there: what they hold is known here, or not needed."""
+NOWHERE = "/package:/"
+"""Beginning of a path in such a package that is missing."""
+_OURS = {"wamv_gazebo": "wamv", "cora_gazebo": "cora"}
+"""How the names of VRX's descriptions begin, and our robots."""
+_DEEPEST = 5
+"""Folders above a file in which the folder of its package is looked for."""
 
 
 @dataclass(frozen=True)
@@ -190,21 +216,6 @@ def _object(thing: Spawned) -> At:
     return At({"name": safe_name(thing.name), "model": model, "pose": list(thing.pose)}, place)
 
 
-_CLASSIC, _OLDER, _WAVES, _MARITIME = PACKAGES = ("vrx_gazebo", "vrx_2019", "wave_gazebo", "vorc_gazebo")
-"""Packages that hold launch files; a launch file that two of them have is that of the earlier one."""
-
-_FOLDER = root() / "assets" / "launch"
-"""Launch files of ours by VRX's names, in folders of their packages: arguments with VRX's defaults, and our node."""
-TABLE: Mapping[str, Any] = json.loads(Path(__file__).with_suffix(".json").read_bytes())
-"""VRX's launch files: the boats of those that have several, what to do instead of arguments that have no effect here
-(nothing is lost where the value is the default), and those that open no world. Packages of ROS and VRX that need not be
-there, and what a folder may hold instead of worlds, by what to do with it and the ends of the files' names."""
-_USUAL = {"paused": "false"}
-"""Defaults that are others than those of all launch files."""
-_LOCKS = ("wamv_locked", "robot_locked")
-"""Arguments that hold a boat in its place."""
-
-
 @dataclass(frozen=True)
 class StockLaunch:
     """A launch file of VRX."""
@@ -267,9 +278,6 @@ LAUNCHED: Mapping[str, str] = {
     if name != f"{launch.world}.launch"
 } | {"competition": "vrx2023/sydney_regatta"}
 """Worlds that VRX's launch files open if nothing else is said, where these have other names."""
-PLACES = {"sandisland": "sand_island", "sydneyregatta": "sydney_regatta", "nbpark": "vrx2023/nbpark"}
-"""World files of VRX that have other names here."""
-_ENDINGS = (".launch.py", ".launch.xml", ".launch", ".world.xacro", ".world", ".sdf")
 
 
 def world_message(name: str, known: Container[str]) -> str | None:
@@ -319,11 +327,6 @@ def unlocks(launch: StockLaunch, given: Mapping[str, str]) -> bool:
     return any(truth(given.get(name, "true")) is False and truth(launch.own.get(name, "")) for name in _LOCKS)
 
 
-_TOOLS: Mapping[str, Mapping[str, Any]] = TABLE["tools"]
-"""VRX's launch files that open no world here: the `command` that does the work of each, its `options` by the names of
-arguments, each with what to type where it is not given (empty: nothing), and the `reason`: what to know before."""
-
-
 def is_tool(name: str) -> bool:
     """Whether VRX has a launch file of this name that opens no world here."""
     return name in _TOOLS
@@ -344,16 +347,6 @@ def _words(options: Mapping[str, Sequence[str]], given: Mapping[str, str]) -> It
             yield from ["--locked"] if value.lower() in {"true", "1"} else []
         elif value:
             yield from (f"{option}{value}",) if option.endswith("/") else filter(None, (option, shell_word(value)))
-
-
-NAMED_PACKAGES = LIBRARIES | {*TABLE["packages"]}
-"""Packages of ROS and VRX that need not be there: what they hold is known here, or not needed."""
-NOWHERE = "/package:/"
-"""Beginning of a path in such a package that is missing."""
-_OURS = {"wamv_gazebo": "wamv", "cora_gazebo": "cora"}
-"""How the names of VRX's descriptions begin, and our robots."""
-_DEEPEST = 5
-"""Folders above a file in which the folder of its package is looked for."""
 
 
 def _is_nowhere(path: str) -> bool:

@@ -38,6 +38,16 @@ PATHS = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH"
 """Environment variables with folders in which models are."""
 NO_MODEL = "is its folder on GAZEBO_MODEL_PATH?"
 """Advice where a model is not found."""
+_ENDING = ".sdf.erb"
+_MOST_ROWS = 200
+_LONGEST = 40_000
+"""Characters of a layout."""
+_LAYOUT = re.compile(r"^[^#\n]*?\blayout\s{0,80}=\s{0,80}\[", re.MULTILINE)
+"""A layout that is no comment."""
+_END = re.compile(r"[ \t]{0,80}(?:%>|#|\r?\n|\Z)")
+"""What may follow a layout: another operation would make another list of it."""
+_ITEM = re.compile(r"(?:'([^'\n]*)'|\"([^\"\n]*)\"|(true|false)|(#[^\n]*))\s*(,|\Z|(?=\n))", re.DOTALL)
+_NAME = re.compile(r"<model\s+name\s*=\s*[\"']([^\"'<>]{1,100})[\"']")
 
 
 class Source(NamedTuple):
@@ -253,18 +263,6 @@ def is_installed(file: Path) -> bool:
 def version_of(element: Element) -> tuple[int, ...]:
     """The version of SDF that an element says; empty without one."""
     return tuple(int(part) for part in re.findall(r"\d{1,9}", element.attributes.get("version", ""), re.ASCII))
-
-
-_ENDING = ".sdf.erb"
-_MOST_ROWS = 200
-_LONGEST = 40_000
-"""Characters of a layout."""
-_LAYOUT = re.compile(r"^[^#\n]*?\blayout\s{0,80}=\s{0,80}\[", re.MULTILINE)
-"""A layout that is no comment."""
-_END = re.compile(r"[ \t]{0,80}(?:%>|#|\r?\n|\Z)")
-"""What may follow a layout: another operation would make another list of it."""
-_ITEM = re.compile(r"(?:'([^'\n]*)'|\"([^\"\n]*)\"|(true|false)|(#[^\n]*))\s*(,|\Z|(?=\n))", re.DOTALL)
-_NAME = re.compile(r"<model\s+name\s*=\s*[\"']([^\"'<>]{1,100})[\"']")
 
 
 def is_template(file: Path) -> bool:

@@ -63,6 +63,23 @@ _MODELS_SHOWN = 6
 """Names of models that a warning lists."""
 _BESIDE = {"thrusters": "thruster_config.yaml", "components": "component_config.yaml"}
 """Keys of a fleet, and the files of VRX that a robot's folder may have for them."""
+_BUILT = {"build", "devel", "install", "log"}
+"""Folders of a workspace that are made from the others."""
+MOST_FILES = 2000
+"""Files of these kinds below a folder."""
+MOST_FOLDERS = 20_000
+"""Folders below a folder."""
+_MOST_MEGABYTES = 32
+"""Size of the files together."""
+DEEPEST = 50
+"""Levels of folders below a folder."""
+_LAUNCH = (".launch",)
+_MOST_LAUNCHES = 200
+"""Launch files of a folder that are read to choose one."""
+_NEWER = ("vrx_gz", "vrx_ros")
+"""VRX's packages whose launch files are programs of ROS 2, or open no world."""
+_LISTED = 3
+"""Names of boats that a line lists."""
 
 
 def is_robot_xacro(source: object) -> TypeGuard[str | Path]:
@@ -128,18 +145,6 @@ def _boat_fragment(file: Path) -> str:
     text = f"{display(file)}: the boat is its model '{name}'; for another one: --fleet FILE#NAME, NAME one of {others}"
     warnings.warn(text, VrxWarning, stacklevel=5)
     return f"#{name}"
-
-
-_BUILT = {"build", "devel", "install", "log"}
-"""Folders of a workspace that are made from the others."""
-MOST_FILES = 2000
-"""Files of these kinds below a folder."""
-MOST_FOLDERS = 20_000
-"""Folders below a folder."""
-_MOST_MEGABYTES = 32
-"""Size of the files together."""
-DEEPEST = 50
-"""Levels of folders below a folder."""
 
 
 def is_folder(path: str | Path) -> bool:
@@ -212,15 +217,6 @@ def short_names(files: Sequence[Path], folder: Path) -> list[str]:
     ends = Counter(one[-length:] for one in parts for length in range(1, len(one) + 1))
     shortest = (next((one[-size:] for size in range(1, len(one)) if ends[one[-size:]] == 1), one) for one in parts)
     return ["/".join(one) for one in shortest]
-
-
-_LAUNCH = (".launch",)
-_MOST_LAUNCHES = 200
-"""Launch files of a folder that are read to choose one."""
-_NEWER = ("vrx_gz", "vrx_ros")
-"""VRX's packages whose launch files are programs of ROS 2, or open no world."""
-_LISTED = 3
-"""Names of boats that a line lists."""
 
 
 def open_source(world: Source, fleet: Source | None, arguments: Mapping[str, str]) -> tuple[Source, Source | None]:

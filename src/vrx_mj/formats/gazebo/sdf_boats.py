@@ -16,7 +16,7 @@ from vrx_mj.formats.gazebo.sdf_models import WORLD, Model
 from vrx_mj.formats.urdf.elements import LARGEST, Node, losses
 from vrx_mj.formats.urdf.gazebo import THRUSTERS
 from vrx_mj.formats.urdf.gazebo_sensors import library
-from vrx_mj.formats.urdf.links import BOUNDED, ENDLESS, TYPES, freed
+from vrx_mj.formats.urdf.links import BOUNDED, ENDLESS, TYPES, free_type
 from vrx_mj.formats.urdf.model import ZERO, Joint, Limits, Loss, Urdf, relative
 from vrx_mj.formats.urdf.reader import warn, with_shapes
 from vrx_mj.formats.urdf.xml_document import Markup
@@ -127,7 +127,7 @@ def _joint(model: Model, joint: SdfJoint) -> Joint:
     axis = joint.axes[0] if joint.axes else None
     given = axis.limits if axis else Limits(-LARGEST, LARGEST)
     effort, velocity = (0.0 if value >= ENDLESS else value for value in (given.effort, given.velocity))
-    kind, limits = freed(joint.type, replace(given, effort=effort, velocity=velocity))
+    kind, limits = free_type(joint.type, replace(given, effort=effort, velocity=velocity))
     rest = min(max(0.0, given.lower), given.upper) if kind in BOUNDED else 0.0
     pose = _between(model, joint.parent, joint.child)
     xyz = axis.xyz if axis else (0.0, 0.0, 1.0)

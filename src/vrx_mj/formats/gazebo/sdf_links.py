@@ -25,6 +25,21 @@ _UNIT = 1.0
 """Mass [kg] and moments of inertia [kg m2] of a link that gives none, by SDF."""
 _WATER = 1000.0
 """Density [kg/m3] of what a shape is full of whose file gives none, by SDF."""
+SHAPES = ("box", "sphere", "cylinder", "capsule", "ellipsoid", "mesh")
+"""Shapes of SDF that there are here."""
+_AXIS_OF_JOINT = (1, 5)
+"""Version of SDF from which the axis of a joint is in the joint's frame, not in the model's."""
+_FRAMES = (1, 7)
+"""Version of SDF from which `expressed_in` says so, and `use_parent_model_frame` is nothing."""
+_AXES = {
+    "fixed": 1, "revolute": 1, "continuous": 1, "prismatic": 1, "ball": 0, "universal": 2, "screw": 1, "revolute2": 2,
+    "gearbox": 1,
+}  # fmt: skip
+"""The types of joints of SDF, and how many axes each has."""
+_UNLIMITED = ("fixed", "continuous")
+"""Types of joints whose limits say nothing."""
+_LEAST = 1e-9
+"""Smallest share of the largest moment of inertia, or moment [kg m2], that a principal moment has in MuJoCo."""
 
 
 def read_sdf_link(model: Model, name: str) -> LinkRow:
@@ -147,22 +162,6 @@ def _mesh(kind: Node) -> Values:
     return {"file": text} | ({"scale": scale} if kind.child("scale") else {})
 
 
-SHAPES = ("box", "sphere", "cylinder", "capsule", "ellipsoid", "mesh")
-"""Shapes of SDF that there are here."""
-
-
-_AXIS_OF_JOINT = (1, 5)
-"""Version of SDF from which the axis of a joint is in the joint's frame, not in the model's."""
-_FRAMES = (1, 7)
-"""Version of SDF from which `expressed_in` says so, and `use_parent_model_frame` is nothing."""
-_AXES = {
-    "fixed": 1, "revolute": 1, "continuous": 1, "prismatic": 1, "ball": 0, "universal": 2, "screw": 1, "revolute2": 2,
-    "gearbox": 1,
-}  # fmt: skip
-"""The types of joints of SDF, and how many axes each has."""
-_UNLIMITED = ("fixed", "continuous")
-"""Types of joints whose limits say nothing."""
-
 _Vector = tuple[float, float, float]
 
 
@@ -280,10 +279,6 @@ def _dynamics(axis: Node) -> dict[str, float]:
     found = {ours: min(_endless(dynamics, tag, 0.0, low=0.0), MAX_NUMBER) for tag, ours in rows.items()}
     found["spring_reference"] = dynamics.value("spring_reference", 0.0)
     return {key: value for key, value in found.items() if value}
-
-
-_LEAST = 1e-9
-"""Smallest share of the largest moment of inertia, or moment [kg m2], that a principal moment has in MuJoCo."""
 
 
 @dataclass(frozen=True)

@@ -39,6 +39,15 @@ _FARTHEST = 1e6
 """Largest coordinate of a pose [m]."""
 NESTED = "::"
 """Separator of the name of a nested model and a name in it."""
+_DEEPEST = 8
+"""Models that may be in each other."""
+_MOST_INCLUDES = 100
+"""Models that a model may include altogether."""
+_MOST_ELEMENTS = 50_000
+"""Elements of all of them together."""
+INSIDE = ("model", "include")
+"""Tags of models in a model or a world."""
+_URI = re.compile(r"(models?|file)://([^/].*)", re.DOTALL)
 
 
 def safe_name(name: str) -> str:
@@ -64,7 +73,7 @@ class Given(NamedTuple):
     """A pose as a file gives it."""
 
     pose: Pose
-    """[m, rad]"""
+    """Pose of the model [m, rad]."""
     relative_to: str
     """Name of the frame that it is in; empty: the usual one."""
     node: Node
@@ -182,17 +191,6 @@ def _display_name(name: str) -> str:
 def _around(given: Given, scope: Scope, usual: str) -> str:
     """The whole name of the frame that a pose is in."""
     return usual if given.relative_to in {"", WORLD} else scope.name(given.relative_to)
-
-
-_DEEPEST = 8
-"""Models that may be in each other."""
-_MOST_INCLUDES = 100
-"""Models that a model may include altogether."""
-_MOST_ELEMENTS = 50_000
-"""Elements of all of them together."""
-INSIDE = ("model", "include")
-"""Tags of models in a model or a world."""
-_URI = re.compile(r"(models?|file)://([^/].*)", re.DOTALL)
 
 
 class Model:

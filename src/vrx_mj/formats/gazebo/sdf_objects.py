@@ -84,6 +84,8 @@ _QUIET = {"mesh", "unit"}
 """Things that are odd in a file of which an object's notes say more, or nothing."""
 _PRODUCT = 1e-9
 """Share of the largest moment of inertia up to which a product is rounding."""
+_MOST_NOTES = 3
+"""Parts of a model that is not taken over as it is, which a message names."""
 
 
 def object_document(file: Path) -> tuple[Section, str]:
@@ -414,10 +416,6 @@ def _drag(plugin: Node) -> Content:
     level = plugin.value("fluid_level", 0.0)
     drag = {key: plugin.value(key, 0.0) for key in ("linear_drag", "angular_drag")}
     return {**density, **({"fluid_level": level} if level else {}), **drag}
-
-
-_MOST_NOTES = 3
-"""Parts of a model that is not taken over as it is, which a message names."""
 
 
 class TextModel(NamedTuple):

@@ -26,6 +26,16 @@ _ALGORITHMS = ("fft", "sinusoid", "trochoid")
 """Kinds of waves of asv_wave_sim, the first by default."""
 _KEY = re.compile(r'key:\s{0,80}"(\w{1,40})"')
 _VALUE = re.compile(r'(?:(?:double|int)_value|[xyz]):\s{0,80}([-+.\deE]{1,40})|string_value:\s{0,80}"(\w{1,20})"')
+_BOAT = "wamv"
+_TOPICS = ("_topic", "_service", "_topic_name", "robot_namespace")
+"""Ends of the tags that name topics."""
+_OURS = {"", "vrx", "wamv", "scan_dock", "scan_dock_deliver"}
+"""Beginnings of the names of topics that are the same here."""
+_LIGHT = "robotx_light_buoy"
+"""The light buoy that a task sets; VRX 3's have fixed colours."""
+_HOLES = (("big", 5.0), ("small", 10.0))
+"""Points for the holes of a placard by default."""
+_HOLE = re.compile(r"placard_?(\d)\w{0,40}?_(big|small)_hole")
 
 
 def wave_plugin(model: Element) -> Element | None:
@@ -124,13 +134,6 @@ def view(gui: Element) -> list[float] | None:
     return next(filter(None, poses), None)
 
 
-_BOAT = "wamv"
-_TOPICS = ("_topic", "_service", "_topic_name", "robot_namespace")
-"""Ends of the tags that name topics."""
-_OURS = {"", "vrx", "wamv", "scan_dock", "scan_dock_deliver"}
-"""Beginnings of the names of topics that are the same here."""
-
-
 def kind_of(plugin: Element) -> str | None:
     """Kind of one of VRX's scoring plugins, as `scandock`; None for another plugin."""
     found = re.fullmatch(r"(\w+?)(vrx)?scoringplugin", plugin_name(plugin))
@@ -218,13 +221,6 @@ def _gymkhana(plugin: Element, plugins: Sequence[Element], _: object) -> Content
     course = _channel(channel) | channel.fields("gymkhana channel")
     pinger = plugin.value_of("pinger_position", "x y z", NEEDED)
     return {"type": "gymkhana", "channel": course, "pinger": pinger, **plugin.fields("gymkhana")}
-
-
-_LIGHT = "robotx_light_buoy"
-"""The light buoy that a task sets; VRX 3's have fixed colours."""
-_HOLES = (("big", 5.0), ("small", 10.0))
-"""Points for the holes of a placard by default."""
-_HOLE = re.compile(r"placard_?(\d)\w{0,40}?_(big|small)_hole")
 
 
 def _scan_dock(plugin: Element, _: object, objects: Sequence[Content]) -> Content:

@@ -86,6 +86,10 @@ _CANDIDATES = 20
 """Parts of one kind that are tried, one after the other, where a world has one of them."""
 _SHOWN = 6
 """Notes that a warning lists."""
+_SURROUNDINGS: Mapping[str, tuple[str, Callable[[Element], object]]] = {
+    "scene": ("scene", scene), "gui": ("camera", view),
+    "spherical_coordinates": ("georeference", lambda element: element.fields("spherical_coordinates")),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -547,10 +551,6 @@ def _plain(value: Any) -> Any:
     return value.value if isinstance(value, At) else value
 
 
-_SURROUNDINGS: Mapping[str, tuple[str, Callable[[Element], object]]] = {
-    "scene": ("scene", scene), "gui": ("camera", view),
-    "spherical_coordinates": ("georeference", lambda element: element.fields("spherical_coordinates")),
-}  # fmt: skip
 _TAKE: Mapping[str, Callable[[_Reader, Element], None]] = {
     "include": _Reader.take_include, "model": _Reader.take_model, "plugin": _Reader.take_plugin,
     "physics": _Reader.take_physics, "gravity": _Reader.take_gravity, "wind": _Reader.take_wind,

@@ -33,6 +33,8 @@ _FACE = 1e-9
 """Distance beyond a face that still counts as on it [m]: 0.8 - 0.5 is not 0.3 to the last bit."""
 INSET = 1e-3
 """Distance from a face that two boxes share at which a place is in one of them alone [m]."""
+_WAYS = (("too far aft", "too far forward"), ("too far to starboard", "too far to port"), ("too low", "too high"))
+"""Words for missing a box along x, y and z: below its least, above its greatest."""
 
 
 class Box(Config):
@@ -41,7 +43,7 @@ class Box(Config):
     name: Name
     """Name of the box, as messages give it."""
     center: Vec3
-    """[m]"""
+    """Centre of the box [m]."""
     size: Annotated[tuple[Positive, Positive, Positive], numbers("x y z")]
     """Edges [m]."""
     capacity: Annotated[int, Field(ge=0)] | None = None
@@ -205,10 +207,6 @@ def _is_permitted(instance: Instance, book: Rules) -> bool:
     """Whether each parameter is a piece of the list of permitted ones, which is one text there."""
     rules = book.of(part_types()[instance.type].kind).types.get(instance.type)
     return rules is None or all(key in " ".join(rules.parameters) for key in instance.parameters)
-
-
-_WAYS = (("too far aft", "too far forward"), ("too far to starboard", "too far to port"), ("too low", "too high"))
-"""Words for missing a box along x, y and z: below its least, above its greatest."""
 
 
 @dataclass(frozen=True)

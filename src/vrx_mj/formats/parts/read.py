@@ -31,6 +31,34 @@ from vrx_mj.formats.urdf.xml_document import file_error
 from vrx_mj.packages import root
 
 Kind = Literal["components", "thrusters"]
+_JAZZY_NAMES = frozenset({"sensor_name", "pinger_name"})
+"""Parameters that only a pinger of VRX jazzy has."""
+_HULL_LINKS = ("base", "dummy", "left_battery", "right_battery", "cpu_cases")
+"""Links of the bare hull, without their suffix `_link`."""
+_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_-]{0,63}")
+_WORD = re.compile(r"[A-Za-z0-9_./-]{1,64}")
+_EXPRESSION = re.compile(r"\$\{([^}]*)\}")
+_LONGEST = 2000
+"""Characters of a text with an expression in it."""
+_MOST_HZ = 10_000.0
+"""Largest rate [Hz]; any other number is a coordinate or an angle."""
+_LIDAR_TYPES = ("16_beam", "32_beam")
+"""Lidars there are; any other type makes none, as in VRX."""
+_FULL_TURN = 2.0 * math.pi
+"""An angle beyond this is rather meant in degrees [rad]."""
+_FILES = {"components": "component file", "thrusters": "thruster file"}
+_NOTHING = re.compile(r"\s*(---|\.\.\.)?\s*(#.*)?")
+_FOLDER = root() / "assets" / "robots" / "wamv"
+_MAIN = _FOLDER / "wamv_gazebo" / "urdf" / "wamv_gazebo.urdf.xacro"
+LAYOUTS = ("H", "T", "X")
+"""Thruster layouts that need no file."""
+_CHOICES = {"sensor_errors": ("none", "standalone", "rtk"), "camera_info": ("vrx", "centered")}
+"""Arguments that are not VRX's, and their values."""
+_ARGUMENT = re.compile(r'<xacro:arg name="(\w+)" default="([^"]*)"/>')
+_OTHERS = re.compile(r"namespace|locked|yaml_\w+_generation|\w+_xacro_file")
+"""Arguments that are parameters of `wamv_urdf`."""
+_SWITCHED = ("true", "false")
+_NAMESPACE = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}", re.ASCII)
 
 
 @dataclass(frozen=True)
@@ -128,20 +156,7 @@ def part_types() -> Mapping[str, PartType]:
     return catalogue().types
 
 
-_JAZZY_NAMES = frozenset({"sensor_name", "pinger_name"})
-"""Parameters that only a pinger of VRX jazzy has."""
-_HULL_LINKS = ("base", "dummy", "left_battery", "right_battery", "cpu_cases")
-"""Links of the bare hull, without their suffix `_link`."""
-_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_-]{0,63}")
-_WORD = re.compile(r"[A-Za-z0-9_./-]{1,64}")
-_EXPRESSION = re.compile(r"\$\{([^}]*)\}")
-_LONGEST = 2000
-"""Characters of a text with an expression in it."""
-_MOST_HZ = 10_000.0
-"""Largest rate [Hz]; any other number is a coordinate or an angle."""
-
-
-def _meant(parameter: Parameter, value: object) -> str | float | bool:
+def _own_form(parameter: Parameter, value: object) -> str | float | bool:
     """Value of a parameter in its own form.
 
     Raises:
@@ -261,12 +276,6 @@ def place_of(instance: Instance) -> tuple[float, float, float] | None:
     return x, y, z
 
 
-_LIDAR_TYPES = ("16_beam", "32_beam")
-"""Lidars there are; any other type makes none, as in VRX."""
-_FULL_TURN = 2.0 * math.pi
-"""An angle beyond this is rather meant in degrees [rad]."""
-
-
 def _suspicious_values(instance: Instance) -> Iterator[tuple[str, str]]:
     """Warnings of parameters of a valid part that VRX accepts and that are hardly meant."""
     for key, value in instance.parameters.items():
@@ -296,11 +305,6 @@ def _post(instance: Instance) -> Iterator[tuple[str, str]]:
     if length < -1e-9:  # rounding may leave a little of zero
         needed = f"it needs {foot + part.drop:g} m or more"
         yield "z", f"at {height:g} m its post is {length:.4g} m long, with a negative mass; {needed}"
-
-
-_FILES = {"components": "component file", "thrusters": "thruster file"}
-
-_NOTHING = re.compile(r"\s*(---|\.\.\.)?\s*(#.*)?")
 
 
 def load_parts(path: Path | str, kind: Kind) -> PartsFile:
@@ -432,7 +436,7 @@ def _read_instance(reading: _Reading, part: PartType, section: Section, loc: Loc
             continue
         place = reading.places[*loc, key] = section.entries[key].value
         try:
-            parameters[key] = _meant(parameter, value)
+            parameters[key] = _own_form(parameter, value)
         except ValueError as error:
             reading.wrong(place, (*loc, key), str(error))
         _check_generator(reading, parameter, value, (*loc, key))
@@ -472,21 +476,6 @@ def _check_names(reading: _Reading) -> None:
             reading.wrong(place, (*loc, key), f"the hull already has a link '{name}_link'; choose another name")
         if name:
             seen.setdefault(name, place)
-
-
-_FOLDER = root() / "assets" / "robots" / "wamv"
-_MAIN = _FOLDER / "wamv_gazebo" / "urdf" / "wamv_gazebo.urdf.xacro"
-LAYOUTS = ("H", "T", "X")
-"""Thruster layouts that need no file."""
-
-_CHOICES = {"sensor_errors": ("none", "standalone", "rtk"), "camera_info": ("vrx", "centered")}
-"""Arguments that are not VRX's, and their values."""
-
-_ARGUMENT = re.compile(r'<xacro:arg name="(\w+)" default="([^"]*)"/>')
-_OTHERS = re.compile(r"namespace|locked|yaml_\w+_generation|\w+_xacro_file")
-"""Arguments that are parameters of `wamv_urdf`."""
-_SWITCHED = ("true", "false")
-_NAMESPACE = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}", re.ASCII)
 
 
 @cache

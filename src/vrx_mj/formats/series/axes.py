@@ -28,6 +28,12 @@ MOST_WORLDS = 10_000
 """Worlds of one file."""
 _Calls = dict[str, tuple[dict[str, Any] | None, ...]]
 """Macros, each with the parameters of its calls; a call without any has the defaults."""
+BLOCK = "/**"
+"""Beginning of the name of a parameter that holds XML."""
+_BLOCK_OF_STEPS = 100
+"""Steps of each axis whose expressions are worked out at once."""
+_EXPRESSION = object()
+"""Marks a text that is an expression of `n`."""
 
 
 class _AxisConfig(Config):
@@ -141,10 +147,6 @@ def _remarks(series: Series, repeats: Sequence[Repeat]) -> Iterator[str]:
             yield f"step {steps} of {axis.name} does not exist: it has {has}"
 
 
-BLOCK = "/**"
-"""Beginning of the name of a parameter that holds XML."""
-_BLOCK_OF_STEPS = 100
-"""Steps of each axis whose expressions are worked out at once."""
 _Results = Mapping[tuple[str, int], Result]
 """Results of expressions by their text and the step."""
 
@@ -231,10 +233,6 @@ def _worked_out(series: Series, loc: tuple[str | int, ...], given: Section, step
             raise ConfigError([problem_at(series.root, (*loc, key), message)])
         values[key] = result.value
     return given.holding(values)
-
-
-_EXPRESSION = object()
-"""Marks a text that is an expression of `n`."""
 
 
 def _literal(key: str, value: object) -> object:

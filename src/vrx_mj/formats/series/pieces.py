@@ -19,6 +19,10 @@ _SINGLE = ("base", "task")
 _ORDER = ("extends", "description", "georeference", "terrain", "physics", "scene", "sea", "wind", "spawn", "camera",
          "markers", "objects", "task")  # fmt: skip
 """Keys of a world's file as our own have them."""
+SYMBOLS = re.compile(r"vrx_dock_([a-z]+_[a-z]+)__([a-z]+_[a-z]+)")
+"""The floating docks of 2018 with fixed symbols, one folder for each pair."""
+TABLE: Mapping[str, Mapping[str, Any]] = json.loads(Path(__file__).with_name("names.json").read_bytes())
+"""Blocks of the macros of VRX's worlds, and folders whose models go by another name."""
 
 
 @dataclass(frozen=True)
@@ -60,12 +64,6 @@ def with_places(value: object, place: Place) -> Any:
 
 def _place(value: object, place: Place) -> Place:
     return value.place if isinstance(value, At) else place
-
-
-SYMBOLS = re.compile(r"vrx_dock_([a-z]+_[a-z]+)__([a-z]+_[a-z]+)")
-"""The floating docks of 2018 with fixed symbols, one folder for each pair."""
-TABLE: Mapping[str, Mapping[str, Any]] = json.loads(Path(__file__).with_name("names.json").read_bytes())
-"""Blocks of the macros of VRX's worlds, and folders whose models go by another name."""
 
 
 def thing(uri: At, pose: object, name: At | None = None) -> Content:

@@ -41,6 +41,19 @@ Line = tuple[str, Place]
 """A line of a xacro file, and where the axes file says it."""
 _PARAMETER = re.compile(r"(\*\*)?(\w+)(?::=('[^']*'|\S+))?")
 _DOLLARS = re.compile(r"\$+(?=[{(])")
+_MARK = "#"
+"""Mark between the name of an axes file and the number of a world."""
+_HEAD_OF_XACRO = '<sdf xmlns:xacro="http://ros.org/wiki/xacro">'
+HEAD = "# World "
+"""Beginning of the text of a world of a series."""
+_WIDTH = 120
+_STALE = """# VRX's wind acts on the link base_link, which boats no longer have; here it acts on the boat
+# (`physics: {quirks: [wind_stale_link]}` for VRX's).
+"""
+_SHORT = 100
+"""Characters of what is still written on one line."""
+_PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_/-]*")
+_WORDS = {"true", "false", "yes", "no", "on", "off", "null", "y", "n"}
 
 
 @dataclass(frozen=True)
@@ -165,9 +178,6 @@ def _odd_elements(block: str, element: Element) -> Iterator[str]:
                 yield str(UnknownNameError(f"element of <{name}>", inner.tag, known))
 
 
-_MARK = "#"
-"""Mark between the name of an axes file and the number of a world."""
-_HEAD_OF_XACRO = '<sdf xmlns:xacro="http://ros.org/wiki/xacro">'
 _Made = tuple[tuple[str | int, ...], int]
 """A call: its path in the file, and the step of its axis."""
 
@@ -323,18 +333,6 @@ def _side(series: Series, coordinate: dict[str, int]) -> object:
     return found[-1] if found else None
 
 
-HEAD = "# World "
-"""Beginning of the text of a world of a series."""
-_WIDTH = 120
-_STALE = """# VRX's wind acts on the link base_link, which boats no longer have; here it acts on the boat
-# (`physics: {quirks: [wind_stale_link]}` for VRX's).
-"""
-_SHORT = 100
-"""Characters of what is still written on one line."""
-_PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_/-]*")
-_WORDS = {"true", "false", "yes", "no", "on", "off", "null", "y", "n"}
-
-
 def world_text(series: Series, world: SeriesWorld) -> str:
     """The file of a world: YAML under a comment with its origin, and with VRX's line of the coordinate."""
     return _head(series, world) + (_STALE if world.stale else "") + section_text(world.section)
@@ -363,12 +361,12 @@ class _Dumper(yaml.SafeDumper):
         return True
 
 
-def _quoted(dumper: yaml.SafeDumper, value: str) -> yaml.ScalarNode:
+def _quote_scalar(dumper: yaml.SafeDumper, value: str) -> yaml.ScalarNode:
     plain = _PLAIN.fullmatch(value) and value.lower() not in _WORDS
     return dumper.represent_scalar("tag:yaml.org,2002:str", value, style=None if plain else '"')
 
 
-_Dumper.add_representer(str, _quoted)
+_Dumper.add_representer(str, _quote_scalar)
 _Dumper.add_representer(
     _Inline, lambda dumper, value: dumper.represent_mapping("tag:yaml.org,2002:map", value.items(), flow_style=True)
 )

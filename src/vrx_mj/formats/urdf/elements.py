@@ -38,6 +38,8 @@ _NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
 _ODD_CHARACTER = re.compile(r"[^A-Za-z0-9_.-]|^[.-]")
 _ENDLESS = re.compile(r"[-+]?inf(inity)?", re.IGNORECASE)
 _NOT_FINITE = re.compile(r"[-+]?(nan|inf|infinity)", re.IGNORECASE)
+_LABELS = {3: "x y z", 6: "x y z roll pitch yaw"}
+_TEXT = (Path(__file__).parent / "tags.json").read_bytes()  # the sandboxed process may read no file later
 
 
 def numbers_of(
@@ -94,7 +96,6 @@ class Tag:
     """Names of the numbers in messages, where they are not `x y z` or the element's own name."""
 
 
-_LABELS = {3: "x y z", 6: "x y z roll pitch yaw"}
 Values = dict[str, Any]
 """Fields of a model of `config` by name, as a file gives them."""
 Rows = Mapping[str, Tag]
@@ -296,7 +297,6 @@ def _fault(word: str, above: float, low: float, high: float, largest: float) -> 
     return f"must lie between -{largest:g} and {largest:g}, got {word}" if abs(value) > largest else ""
 
 
-_TEXT = (Path(__file__).parent / "tags.json").read_bytes()  # the sandboxed process may read no file later
 _Side = Literal["boat", "object", "world"]
 _SIDES = get_args(_Side)
 

@@ -35,6 +35,18 @@ from vrx_mj.packages import root
 
 OUTSIDE = f"it is neither in the folder of the first file nor in a package; {ALLOW}"
 """Reason why a file may not be read."""
+_SHOWN_WARNINGS = 10
+_SECONDS, _ANSWER = 3, 32 << 20
+"""What one expansion, or all expressions of a file, may take: processor time [s], and bytes of a text with places."""
+_MOST_PACKAGES = 100
+"""Packages that the files of one expansion may name."""
+_MACRO = re.compile(r"<xacro:macro\s[^<>]{0,500}?\bname\s*=\s*[\"']([^\"'<>]{1,100})[\"']")
+MACROS = root() / "assets" / "robots" / "wamv" / "vrx_gazebo" / "worlds" / "xacros" / "include_all_xacros.xacro"
+"""The macros of VRX's worlds."""
+LEFT_OUT = "/missing:/"
+"""Beginning of a path in a package that is missing, where such are ignored."""
+_FIND = re.compile(r"find\(\s*['\"]([\w.-]{1,200})['\"]\s*\)")
+_FOUND = re.compile(r"\$\(find ([\w.-]{1,200})\)")
 
 
 def own_packages() -> dict[str, Path]:
@@ -106,20 +118,6 @@ class Files:
         """Names of packages that can be found."""
         beside = {folder.name for path in self.paths if path.is_dir() for folder in path.iterdir() if folder.is_dir()}
         return sorted({*self.packages, *self.around, *beside, *workspace_packages(self.folder), *self.spare})
-
-
-_SHOWN_WARNINGS = 10
-_SECONDS, _ANSWER = 3, 32 << 20
-"""What one expansion, or all expressions of a file, may take: processor time [s], and bytes of a text with places."""
-_MOST_PACKAGES = 100
-"""Packages that the files of one expansion may name."""
-_MACRO = re.compile(r"<xacro:macro\s[^<>]{0,500}?\bname\s*=\s*[\"']([^\"'<>]{1,100})[\"']")
-MACROS = root() / "assets" / "robots" / "wamv" / "vrx_gazebo" / "worlds" / "xacros" / "include_all_xacros.xacro"
-"""The macros of VRX's worlds."""
-LEFT_OUT = "/missing:/"
-"""Beginning of a path in a package that is missing, where such are ignored."""
-_FIND = re.compile(r"find\(\s*['\"]([\w.-]{1,200})['\"]\s*\)")
-_FOUND = re.compile(r"\$\(find ([\w.-]{1,200})\)")
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,23 @@ CURRENT = Tag("default_current", (0.0, 0.0, 0.0), "m/s"), "{} is ignored: the wa
 _TYPES = ("COMMAND", "EFFORT", "POSITION", "VELOCITY")
 
 _COEFFICIENT = re.compile(r"[xyzkmn](Dot)?[UVWPQR][UVWPQR]?|[xyzkmn][UVWPQR]abs[UVWPQR]")
+SPEEDS = Tag("use_angvel_cmd", False), "commands are no speeds of the propeller [rad/s]: {} is ignored"
+_MAPPINGS = {0.0: "linear", 1.0: "glf"}
+_WIND = Tag("coeff_vector|wind_coeff_vector", (0.0, 0.0, 0.0), labels="x y yaw")
+_FORWARD = (1.0, 0.0, 0.0)
+_USUAL_THRUST = 250.0
+"""Largest force [N] where a file gives none: the WAM-V's."""
+_FREEFLOATING_THRUST = 100.0
+"""Largest force [N] of freefloating_gazebo_control.cpp for a thruster that gives none."""
+_STEEPEST = 5.5
+"""Largest slope of the normal force of a foil by its aspect ratio; 6.13 is that of an endless blade."""
+_ASV_FOILS = {"asv_sim2-sail-lift-drag-system": "sail", "asv_sim2-foil-lift-drag-system": "rudder"}
+_LIFTED = "; its coefficients are ours, as the plugin's lift, 8 sin(2 angle), is five times a sail's"
+_SHARES = "commands are shares of the largest thrust, -1 to 1"
+_TRIANGLES = "its damping and drag of each triangle are not simulated; all drag is derived from the hull"
+"""Warning about the water of asv_wave_sim, which acts on the triangles of the hull."""
+QUIET_PLUGINS: frozenset[str] = frozenset(TABLES["quiet_plugins"])
+"""Plugins that only publish what ROS has anyway, or that steer what thrusters steer here."""
 
 
 def read_fossen(node: Node, scope: Scope) -> Values:
@@ -140,21 +157,6 @@ def _with_limits(item: UrdfThruster, controls: Mapping[str, Control]) -> UrdfThr
         room = max(min(-turn.low, turn.high), 0.0)
         drive = drive.model_copy(update={"max_angle": min(drive.max_angle, room)})
     return replace(item, drive=drive)
-
-
-SPEEDS = Tag("use_angvel_cmd", False), "commands are no speeds of the propeller [rad/s]: {} is ignored"
-_MAPPINGS = {0.0: "linear", 1.0: "glf"}
-_WIND = Tag("coeff_vector|wind_coeff_vector", (0.0, 0.0, 0.0), labels="x y yaw")
-_FORWARD = (1.0, 0.0, 0.0)
-_USUAL_THRUST = 250.0
-"""Largest force [N] where a file gives none: the WAM-V's."""
-_FREEFLOATING_THRUST = 100.0
-"""Largest force [N] of freefloating_gazebo_control.cpp for a thruster that gives none."""
-_STEEPEST = 5.5
-"""Largest slope of the normal force of a foil by its aspect ratio; 6.13 is that of an endless blade."""
-_ASV_FOILS = {"asv_sim2-sail-lift-drag-system": "sail", "asv_sim2-foil-lift-drag-system": "rudder"}
-_LIFTED = "; its coefficients are ours, as the plugin's lift, 8 sin(2 angle), is five times a sail's"
-_SHARES = "commands are shares of the largest thrust, -1 to 1"
 
 
 @dataclass
@@ -393,8 +395,6 @@ def _fossen(node: Node, robot: Robot) -> None:
     robot.water |= read_fossen(node, robot)
 
 
-_TRIANGLES = "its damping and drag of each triangle are not simulated; all drag is derived from the hull"
-"""Warning about the water of asv_wave_sim, which acts on the triangles of the hull."""
 THRUSTERS: Mapping[str, Callable[[Node, Robot], None]] = {
     "usv_gazebo_thrust_plugin": _thrusters,
     "gz-sim-thruster-system": _newer_thruster,
@@ -418,8 +418,6 @@ _PLUGINS: Mapping[str, Callable[[Node, Robot], None]] = {
     "HydrodynamicsPlugin": lambda node, robot: robot.warn(node, _TRIANGLES),
 }
 """Readers of plugins, by their library."""
-QUIET_PLUGINS: frozenset[str] = frozenset(TABLES["quiet_plugins"])
-"""Plugins that only publish what ROS has anyway, or that steer what thrusters steer here."""
 
 
 def read_gazebo(urdf: Urdf, tags: Sequence[Node], findings: Findings) -> Gazebo:

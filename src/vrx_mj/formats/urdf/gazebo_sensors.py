@@ -21,6 +21,21 @@ _USUAL_RATE = 100.0
 """Rate [Hz] of a sensor that Gazebo would read at every step."""
 
 _GENERATION = re.compile(r"^(ignition-gazebo|gz-sim)\d*-")
+_STEPS = {"ball_shooter_plugin": 0.001, "BallShooterPlugin": 0.004}
+"""Duration [s] of a physics step, for which VRX's launchers push a ball, by plugin."""
+_OFFSETS = "rpyOffsets", "xyzOffsets", "rpyOffset", "xyzOffset"
+_LABELLED = ("boundingbox_camera", "segmentation_camera")
+"""Types of a camera that says what it sees."""
+LINK, TOPIC = "bodyName|robot_base_frame", "topicName|topic|odom_topic|cameraName"
+FRAME = "frameId|frameName|frame_id|odom_frame|projectile/frame"
+"""Tags of what all plugins of sensors have, whoever makes them."""
+SENSOR_RATE = Tag("update_rate", 0.0, "Hz", low=0)
+PLUGIN_RATE: Mapping[str, Any] = {"path": "updateRateHZ|updateRate"}
+_CONFIGS: Mapping[str, type[Config]] = {
+    config.model_fields["type"].default: config for config in get_args(get_args(SensorConfig)[0])
+}
+"""Configurations of sensors by their type."""
+TABLES: Mapping[str, Any] = json.loads((Path(__file__).parent / "plugins.json").read_bytes())
 
 
 def plugin_kind(node: Node) -> str:
@@ -121,26 +136,12 @@ class Scope(Gazebo):
         return rate or _USUAL_RATE
 
 
-_STEPS = {"ball_shooter_plugin": 0.001, "BallShooterPlugin": 0.004}
-"""Duration [s] of a physics step, for which VRX's launchers push a ball, by plugin."""
 _Ignored = tuple[tuple[Tag, str], ...]
 """Tags that are not simulated, and what is said of them."""
-_OFFSETS = "rpyOffsets", "xyzOffsets", "rpyOffset", "xyzOffset"
 LENS: _Ignored = tuple(
     (Tag(f"distortion{key}"), "lens distortion is not simulated") for key in ("K1", "K2", "K3", "T1", "T2")
 )
 OFFSETS: _Ignored = tuple((Tag(tag, (0.0, 0.0, 0.0), "m, rad"), "{} is ignored") for tag in _OFFSETS)
-_LABELLED = ("boundingbox_camera", "segmentation_camera")
-"""Types of a camera that says what it sees."""
-LINK, TOPIC = "bodyName|robot_base_frame", "topicName|topic|odom_topic|cameraName"
-FRAME = "frameId|frameName|frame_id|odom_frame|projectile/frame"
-"""Tags of what all plugins of sensors have, whoever makes them."""
-SENSOR_RATE = Tag("update_rate", 0.0, "Hz", low=0)
-PLUGIN_RATE: Mapping[str, Any] = {"path": "updateRateHZ|updateRate"}
-_CONFIGS: Mapping[str, type[Config]] = {
-    config.model_fields["type"].default: config for config in get_args(get_args(SensorConfig)[0])
-}
-"""Configurations of sensors by their type."""
 
 
 @dataclass(frozen=True)
@@ -177,7 +178,6 @@ class Kind:
     """Plugins that publish a planar scan."""
 
 
-TABLES: Mapping[str, Any] = json.loads((Path(__file__).parent / "plugins.json").read_bytes())
 INSTRUMENTS, SENSORS = (
     {of: Kind(name, **row) for name, row in TABLES[key].items() for of in row["of"]}
     for key in ("instruments", "sensors")

@@ -40,6 +40,14 @@ _ANY_MESH = "mesh.obj"
 ShapeT = TypeVar("ShapeT", bound=Shape)
 
 _GAZEBO_NAME = re.compile(r"(?<=[a-z])(?=[A-Z])")
+TYPES = ("fixed", "revolute", "continuous", "prismatic", "floating", "planar")
+BOUNDED = ("revolute", "prismatic")
+ENDLESS = 1e10
+"""Limit of a joint [rad or m] from which it has none; files write 1e16, as Gazebo does, or inf."""
+_LIGHT = 0.01
+"""Share of a robot's mass below which a link's impossible inertia does not matter."""
+_SLENDER = 0.1
+"""Share of the largest moments of all links up to which it does not matter either."""
 
 
 @dataclass
@@ -237,12 +245,6 @@ def _scale(mesh: Node) -> tuple[float, ...]:
     return scale
 
 
-TYPES = ("fixed", "revolute", "continuous", "prismatic", "floating", "planar")
-BOUNDED = ("revolute", "prismatic")
-ENDLESS = 1e10
-"""Limit of a joint [rad or m] from which it has none; files write 1e16, as Gazebo does, or inf."""
-
-
 def read_joint(node: Node, links: Collection[str]) -> Joint:
     """A `<joint>` between two of these links. Problems and suspicious values are noted, not raised."""
     name, kind = node.required_attribute("name"), node.attribute("type") or ""
@@ -252,7 +254,7 @@ def read_joint(node: Node, links: Collection[str]) -> Joint:
     if parent and parent == child:
         node.fault(f"joins the link '{parent}' to itself")
     axis = _axis(node, kind)
-    kind, limits = freed(kind, _limits(node, kind))
+    kind, limits = free_type(kind, _limits(node, kind))
     rest = min(max(0.0, limits.lower), limits.upper) if limits and kind in BOUNDED else 0.0
     pose, place = _read_pose(node), node.place
     return Joint(name, kind, parent, child, pose, axis=axis, limits=limits, place=place, rest=rest)
@@ -297,7 +299,7 @@ def _limits(node: Node, kind: str) -> Limits | None:
     return Limits(max(lower, -LARGEST), min(upper, LARGEST), min(effort, LARGEST), min(velocity, LARGEST))
 
 
-def freed(kind: str, limits: Limits | None) -> tuple[str, Limits | None]:
+def free_type(kind: str, limits: Limits | None) -> tuple[str, Limits | None]:
     """The type of a joint and its limits; a revolute one turns freely between limits that have no end."""
     endless = limits is not None and limits.lower <= -ENDLESS and limits.upper >= ENDLESS
     return "continuous" if kind == "revolute" and endless else kind, limits
@@ -306,10 +308,6 @@ def freed(kind: str, limits: Limits | None) -> tuple[str, Limits | None]:
 Row = tuple[str, str, str, str, Pose, tuple[float, float, float], float]
 """Name of a joint, type, parent, child, pose in the parent at 0 [m, rad], axis, and value at rest."""
 _Turns = Callable[[Sequence[str], Sequence[Row]], dict[str, FloatArray]]
-_LIGHT = 0.01
-"""Share of a robot's mass below which a link's impossible inertia does not matter."""
-_SLENDER = 0.1
-"""Share of the largest moments of all links up to which it does not matter either."""
 
 
 def robot_of(

@@ -37,6 +37,17 @@ _MESH = re.compile(r"""(<mesh\s[^<>]*?\bfilename\s*=\s*)("[^"<]*"|'[^'<]*')""")
 _SHOWN_BASES = 12
 """Folders that a message lists."""
 _QUOTES = {"&quot;": '"', "&apos;": "'"}
+_MAX_BYTES = 50_000_000
+"""Largest mesh file that is read."""
+_FLAT = 1e-6
+"""Thickness, as a share of the largest extent, below which a mesh is a plane or a line."""
+_MEMORY, _MEMORY_PER_BYTE = 256 << 20, 16
+"""What reading a mesh may take [bytes]: this, and so much for each byte of its file."""
+_SECONDS, _BYTES_PER_SECOND = 4, 2_000_000
+"""Processor time of reading a mesh: this [s], and a second for so many bytes."""
+_FOLDER = root() / "assets" / "robots" / "wamv"
+ODD = WORDING["suspicious"]
+"""What is legal but suspicious, each said once for all that have it."""
 
 
 class MissingMeshError(VrxError):
@@ -121,16 +132,6 @@ def _inside(file: Path, base: Path) -> str:
     return written.as_posix()
 
 
-_MAX_BYTES = 50_000_000
-"""Largest mesh file that is read."""
-_FLAT = 1e-6
-"""Thickness, as a share of the largest extent, below which a mesh is a plane or a line."""
-
-_MEMORY, _MEMORY_PER_BYTE = 256 << 20, 16
-"""What reading a mesh may take [bytes]: this, and so much for each byte of its file."""
-_SECONDS, _BYTES_PER_SECOND = 4, 2_000_000
-"""Processor time of reading a mesh: this [s], and a second for so many bytes."""
-
 _Found = TypeVar("_Found")
 
 
@@ -139,9 +140,9 @@ class MeshData:
     """A mesh in its own frame [m]."""
 
     points: FloatArray
-    """(n, 3)"""
+    """Corners of the mesh, (n, 3) [m]."""
     triangles: IntArray
-    """(m, 3), rows of `points`, counter-clockwise seen from outside"""
+    """Triangles, (m, 3) rows of `points`, counter-clockwise seen from outside."""
     color: Color | None
     """The colour of most of its area, if the file has colours."""
 
@@ -216,9 +217,6 @@ def is_binary_stl(content: bytes) -> bool:
     """Whether an STL file is a binary one, and whole: the other kind is text."""
     head = 84
     return len(content) >= head and len(content) == head + 50 * int.from_bytes(content[head - 4 : head], "little")
-
-
-_FOLDER = root() / "assets" / "robots" / "wamv"
 
 
 @cache
@@ -297,10 +295,6 @@ def _mesh_shape(mesh: MeshRow, files: MeshFiles, kind: type[ShapeT], *, collides
     read = None if own else check_mesh(folder / path, mesh.scale, collides=collides)
     color = mesh.color or (read and read.color)
     return kind.model_validate(values | ({"color": color} if color and kind is Visual else {}))
-
-
-ODD = WORDING["suspicious"]
-"""What is legal but suspicious, each said once for all that have it."""
 
 
 def read_urdf(text: str, file: Path, files: MeshFiles | None = None, *, label: str = "") -> Urdf:

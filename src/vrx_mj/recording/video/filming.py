@@ -36,8 +36,8 @@ if TYPE_CHECKING:
 
 VIEWS = ("both", "chase", "above")
 """Views of a video; both: behind a boat, with the view from above in a corner."""
-_LARGEST = 4096
-"""Pixels along a side, at most."""
+_MAX_SIDE = 4096
+"""Largest side of a picture [pixels]."""
 _INSET, _INSET_EDGE = 0.34, 0.02
 """Width of the view from above in the corner, and its distance from the edges, of the picture's width."""
 _INSET_RATE = 4
@@ -45,11 +45,34 @@ _INSET_RATE = 4
 _DETAIL = 3.5
 """Pixels of a boat that is followed in which its outermost point stands for all that face one way."""
 _EVENT_TIME = 4.0
-"""How long an event is shown in the picture, in the video's time [s]."""
+"""Time for which an event is shown in the picture [s, of the video]."""
 _MOST_EVENTS = 3
-_LEAST, _MOST = 0.001, 1000.0
-"""Pictures per second, and simulated seconds per second, at least and at most."""
-_FRAME = (235, 245, 255)
+"""Largest number of events shown at once."""
+_MIN_RATE, _MAX_RATE = 0.001, 1000.0
+"""Least and largest number of pictures per second, and of simulated seconds per second."""
+_FRAME_COLOR = (235, 245, 255)
+_FONT = "DejaVuSans.ttf"
+"""The font that matplotlib carries."""
+_TEXT_SHARE, _NAME_SHARE = 0.034, 0.026
+"""Heights of letters of texts and of names, as shares of the picture's height."""
+_MIN_LETTER = 9
+"""Least height of letters [pixels]."""
+_PANEL = (8, 22, 34, 150)
+_WHITE: Rgb = (255, 255, 255)
+_TAG_HEIGHT = 2.3
+"""Height of a name over its boat's origin [m]."""
+_NAME_RANGE = 250.0
+"""Distance up to which boats are named [m]."""
+PHASES = 4
+"""Number of steps per pixel in which names move sideways."""
+_X264 = {
+    "qp": "26", "preset": "superfast", "threads": "1",
+    "x264-params": "subme=0:partitions=none:8x8dct=0:bframes=0:weightp=0:psy=0:scenecut=0:rc-lookahead=0",
+}  # fmt: skip
+"""Encoding of MP4: less `qp` is better; it, the parameters and one thread save two thirds of the time."""
+_WEBP_QUALITY, _WEBP_EFFORT = 72, 4
+_GIF_COLORS = 128
+"""Number of colours of a GIF."""
 
 
 @dataclass(frozen=True)
@@ -126,11 +149,11 @@ class Film:
         self._footage, self._shot = Footage(recorded), shot
         check_name("view", shot.view, VIEWS)
         self.size = width, height = shot.size or size
-        if any(side < 16 or side > _LARGEST or side % 2 for side in self.size):
-            wanted = f"two even numbers of pixels from 16 to {_LARGEST} are needed"
+        if any(side < 16 or side > _MAX_SIDE or side % 2 for side in self.size):
+            wanted = f"two even numbers of pixels from 16 to {_MAX_SIDE} are needed"
             raise VideoError(f"invalid size {width}x{height}: {wanted}")
         rate = _positive("fps", fps if shot.fps is None else shot.fps)
-        self.rate = Fraction(rate).limit_denominator(round(1.0 / _LEAST))
+        self.rate = Fraction(rate).limit_denominator(round(1.0 / _MIN_RATE))
         self.times = self._times(_positive("speed", shot.speed))
         """Simulated time of every picture [s]."""
         boat, found = _boat_to_follow(recorded, shot.boat), {name: self._footage.path(name) for name in recorded.boats}
@@ -179,7 +202,7 @@ class Film:
             small = 2 * round(_INSET * width / 2.0), 2 * round(_INSET * height / 2.0)  # even numbers
             seen = self._view_picture(begin, self._eyes[1], small)
             line = max(1, round(height / 360))
-            framed = np.full(np.add(seen.shape, (2 * line, 2 * line, 0)), _FRAME, np.uint8)
+            framed = np.full(np.add(seen.shape, (2 * line, 2 * line, 0)), _FRAME_COLOR, np.uint8)
             framed[line:-line, line:-line] = seen
             self._inset = begin, framed
         return self._inset[1]
@@ -194,12 +217,12 @@ class Film:
         return shown
 
     def _name_boats(self, picture: ByteArray, view: View, moment: Instant) -> None:
-        """Write the labels of boats over them, if they are in view and no farther than `_FARTHEST`."""
+        """Write the labels of boats over them, if they are in view and no farther than `_NAME_RANGE`."""
         height, width = picture.shape[:2]
-        size = max(_SMALLEST, round(height * _NAME_SHARE))
+        size = max(_MIN_LETTER, round(height * _NAME_SHARE))
         for name, place in self._footage.places(moment).items():
             spot = project(view, np.add(place, (0.0, 0.0, _TAG_HEIGHT)), width, height)
-            if spot is not None and spot[2] < _FARTHEST:
+            if spot is not None and spot[2] < _NAME_RANGE:
                 column, phase = divmod(round(PHASES * spot[0]), PHASES)
                 tile = name_tile(self._labels[moment.boat_set][name], self._colors[name], size, phase)
                 lay(picture, tile, column - tile.shape[1] // 2, round(spot[1]) - len(tile) + 2)
@@ -255,8 +278,8 @@ def _boat_to_follow(recorded: Record, boat: str | None) -> str:
 
 def _positive(name: str, value: float) -> float:
     """A number that pictures can be counted by."""
-    if not _LEAST <= value <= _MOST:
-        raise VideoError(f"invalid {name} {value:g}: a number from {_LEAST:g} to {_MOST:g} is needed")
+    if not _MIN_RATE <= value <= _MAX_RATE:
+        raise VideoError(f"invalid {name} {value:g}: a number from {_MIN_RATE:g} to {_MAX_RATE:g} is needed")
     return value
 
 
@@ -272,22 +295,6 @@ def lay(picture: ByteArray, tile: ByteArray, column: int, row: int) -> None:
     above, before = max(-row, 0), max(-column, 0)
     place = picture[row + above : max(row + len(tile), 0), column + before : max(column + tile.shape[1], 0)]
     blend(place, tile[above : above + len(place), before : before + place.shape[1]])
-
-
-_FONT = "DejaVuSans.ttf"
-"""The font that matplotlib carries."""
-_TEXT_SHARE, _NAME_SHARE = 0.034, 0.026
-"""Heights of letters, of the picture's height."""
-_SMALLEST = 9
-"""Height of letters at least [pixels]."""
-_PANEL = (8, 22, 34, 150)
-_WHITE: Rgb = (255, 255, 255)
-_TAG_HEIGHT = 2.3
-"""Height of a name over its boat's origin [m]."""
-_FARTHEST = 250.0
-"""Distance up to which boats are named [m]."""
-PHASES = 4
-"""Steps per pixel in which names move to the side."""
 
 
 def clock_line(world: str, time: float, speed: float) -> str:
@@ -318,7 +325,7 @@ def project(view: View, place: FloatArray, width: int, height: int) -> tuple[flo
 def _write_lines(picture: ByteArray, lines: Sequence[str], *, bottom: bool = False) -> None:
     """Write lines on a dark panel in the upper left corner of a picture, or in the lower one."""
     if lines:
-        size = max(_SMALLEST, round(len(picture) * _TEXT_SHARE))
+        size = max(_MIN_LETTER, round(len(picture) * _TEXT_SHARE))
         panel, edge = _panel(tuple(lines), size), size // 2
         lay(picture, panel, edge, len(picture) - edge - len(panel) if bottom else edge)
 
@@ -386,15 +393,6 @@ ByteArrays = Iterator[ByteArray]
 _Encoder = Callable[[Path, ByteArrays, int, Fraction], None]
 """Writes a file of pictures (height, width, 3), so many of them, so many per second."""
 
-_X264 = {
-    "qp": "26", "preset": "superfast", "threads": "1",
-    "x264-params": "subme=0:partitions=none:8x8dct=0:bframes=0:weightp=0:psy=0:scenecut=0:rc-lookahead=0",
-}  # fmt: skip
-"""Encoding of MP4: less `qp` is better; it, the parameters and one thread save two thirds of the time."""
-_WEBP_QUALITY, _WEBP_EFFORT = 72, 4
-_COLORS = 128
-"""Colours of a GIF."""
-
 
 def encoder_of(path: Path) -> tuple[_Encoder, tuple[int, int], float]:
     """What writes a file, by its suffix, width and height [pixels] and pictures per second if none are asked for.
@@ -451,7 +449,7 @@ def _write_gif(path: Path, pictures: ByteArrays, count: int, rate: Fraction) -> 
     """A GIF that loops; its clock counts hundredths of a second."""
     from PIL.Image import Dither, fromarray
 
-    frames = (fromarray(picture).quantize(_COLORS, dither=Dither.NONE) for picture in pictures)
+    frames = (fromarray(picture).quantize(_GIF_COLORS, dither=Dither.NONE) for picture in pictures)
     first = next(frames)
     duration = 10 * max(2, round(100 / rate))
     first.save(path, format="GIF", save_all=True, append_images=frames, duration=duration, loop=0)
@@ -462,4 +460,4 @@ _ENCODERS: dict[str, tuple[_Encoder, tuple[int, int], float]] = {
     ".webp": (_write_webp, (800, 450), 12.5),
     ".gif": (_write_gif, (640, 360), 12.5),
 }
-"""By suffix: encoder, width and height [pixels], and pictures per second."""
+"""Encoder, width and height [pixels] and pictures per second, by suffix."""

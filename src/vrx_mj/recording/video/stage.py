@@ -22,7 +22,7 @@ from vrx_mj.errors import CommandError, RecordError, quote
 from vrx_mj.mjcf.scene import add_skin, compiled_spec, drawing_spec
 from vrx_mj.physics.surface import EDGE, PLAIN, RINGS, SPOKES, draw_surface, fan_triangles
 from vrx_mj.recording.antialiasing import Words, antialias, fill_sky, smooth
-from vrx_mj.recording.boat_sets import HUGE, BoatSet, columns_in
+from vrx_mj.recording.boat_sets import MAX_NUMBER, BoatSet, columns_in
 from vrx_mj.recording.checks import looks_again
 from vrx_mj.recording.reader import Record
 from vrx_mj.recording.simulation_scene import check_columns, coarser_faces
@@ -31,28 +31,56 @@ from vrx_mj.runtime.warmup import compile_notice
 from vrx_mj.sensors.canvas import Canvas
 from vrx_mj.sensors.displays import check_display_marks, displays_of
 from vrx_mj.sensors.sea import SeaSkin, Skin
-from vrx_mj.sensors.view import SMALLEST, View
+from vrx_mj.sensors.view import MIN_RADIUS, View
 from vrx_mj.tasks import TASK_KINDS
 from vrx_mj.tasks.referee import TaskStatus
 
-_CALM = 1.2
-"""Standard deviation over which a followed path is smoothed [s]."""
-_TURN_CALM = 2.0
-"""Standard deviation over which a followed heading is smoothed [s]."""
-_SMOOTHED = 10.0
-"""Places of a smoothed path per second."""
+_SMOOTH = 1.2
+"""Standard deviation of the smoothing of a followed path [s]."""
+_SMOOTH_TURN = 2.0
+"""Standard deviation of the smoothing of a followed heading [s]."""
+_PLACE_RATE = 10.0
+"""Rate of the places of a smoothed path [Hz]."""
 BEHIND, HIGH, AHEAD = 11.0, 3.6, 5.0
 """Distances of the chasing camera behind the boat and over the water, and of its target before the boat [m]."""
-LARGE = 4.0
+LARGE_RADIUS = 4.0
 """Radius of a boat from which these distances grow with it [m]."""
-_FIELD = 1.15
+_FOV = 1.15
 """Horizontal field of view [rad]."""
-ROOM = 12.0
+ABOVE_MARGIN = 12.0
 """Width of water around the boats in the view from above [m]."""
-_LEAST = 22.0
-"""Half the height of what is seen from above, at least [m]."""
-_REACH = (0.3, 6000.0)
-"""Nearest and farthest distance that is seen [m]."""
+_MIN_ABOVE = 22.0
+"""Least half height of the view from above [m]."""
+_CLIPPING = (0.3, 6000.0)
+"""Nearest and farthest distance that is drawn [m]."""
+_ABOVE_AXIS = 0.5
+"""Height of the view's axis [unit vector], negative, below which a picture is one from above."""
+_MIN_RADIUS_ABOVE = 1.0
+"""Least radius of a geom that is drawn in a picture from above, which has many [pixels]."""
+_RELIEF_ABOVE = 5.0
+"""Factor of the shading of waves seen from above, where little of the sky mirrors in the sea."""
+_FLAT_SLOPE = 0.025
+"""Slope of all waves together below which fewer points of the sea are drawn."""
+_SKY_SHARE = 0.14
+"""Share of the sky's colour that is added to a sea seen from above."""
+LASTS = 14.0
+"""Time for which foam is visible [s]."""
+_PIECES_PER_SECOND = 5.0
+"""Number of pieces of a wake per second."""
+MAX_PIECES = math.floor(LASTS * _PIECES_PER_SECOND) + 2
+"""Largest number of pieces of a wake."""
+_FOAM = "vrx_mj/foam"
+"""Name of the skin that is the foam, and of its material and texture."""
+FULL_SPEED = 2.0
+"""Speed from which foam is as white as it gets [m/s]."""
+_SLOWEST = 0.25
+"""Speed below which a hull leaves no foam [m/s]."""
+WHITE = 0.38
+"""Opacity of fresh foam."""
+WIDTH, SPREAD = 0.28, 0.09
+"""Width of fresh foam [m], and its growth [m/s]."""
+FOAM_HEIGHT = 0.05
+"""Height of foam over the facets of the drawn sea [m], whose edges it does not follow."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,18 +91,18 @@ class Eye:
     """Position (3,) [m]."""
     rotation: FloatArray
     """Rotation (3, 3) from camera to world axes; x forward, y left, z up."""
-    field: float = _FIELD
+    field: float = _FOV
     """Horizontal field of view [rad]."""
 
 
-def looking(position: Sequence[float], target: Sequence[float], up: Sequence[float], field: float = _FIELD) -> Eye:
+def looking(position: Sequence[float], target: Sequence[float], up: Sequence[float], field: float = _FOV) -> Eye:
     """An eye at `position` that looks at `target` [m]; `up` is what is up in the picture.
 
     Raises:
         CommandError: one of them is not three numbers, the direction is not known, or `field` is no angle [rad].
     """
     given = {"position": position, "target": target, "up": up}
-    place, aim, above = (np.array(as_numbers(name, value, 3, HUGE)) for name, value in given.items())
+    place, aim, above = (np.array(as_numbers(name, value, 3, MAX_NUMBER)) for name, value in given.items())
     ahead = aim - place
     left = np.cross(above, ahead)
     if not left.any():
@@ -88,8 +116,8 @@ def looking(position: Sequence[float], target: Sequence[float], up: Sequence[flo
 
 def view_of(eye: Eye, width: int, height: int) -> View:
     """What an eye sees in a picture of a size [pixels]."""
-    smallest = _SMALLEST_ABOVE if eye.rotation[2, 0] < -_STEEP else SMALLEST
-    return View.of_camera(eye.position, eye.rotation, eye.field, (width, height), _REACH, smallest)
+    smallest = _MIN_RADIUS_ABOVE if eye.rotation[2, 0] < -_ABOVE_AXIS else MIN_RADIUS
+    return View.of_camera(eye.position, eye.rotation, eye.field, (width, height), _CLIPPING, smallest)
 
 
 class Chase:
@@ -98,8 +126,8 @@ class Chase:
     def __init__(self, path: FloatArray, level: float) -> None:
         """Follow a path (n, 4): time [s], east, north [m] and heading [rad], over water at `level` [m]."""
         self._level = level
-        self._place = smooth_path(path[:, 0], path[:, 1:3], _CALM)
-        self._heading = smooth_path(path[:, 0], path[:, 3:4], _TURN_CALM)
+        self._place = smooth_path(path[:, 0], path[:, 1:3], _SMOOTH)
+        self._heading = smooth_path(path[:, 0], path[:, 3:4], _SMOOTH_TURN)
         self.radius = 0.0
         """How far the boat reaches from its origin [m]."""
 
@@ -107,7 +135,7 @@ class Chase:
         """Where it is at a time [s]."""
         place, (heading,) = self._place(time), self._heading(time).tolist()
         along = np.array([math.cos(heading), math.sin(heading)])
-        scale = max(self.radius / LARGE, 1.0)
+        scale = max(self.radius / LARGE_RADIUS, 1.0)
         back, front = place - scale * BEHIND * along, place + scale * AHEAD * along
         return looking((*back, self._level + scale * HIGH), (*front, self._level + scale * 0.6), (0.0, 0.0, 1.0))
 
@@ -118,17 +146,17 @@ class Above:
     def __init__(self, paths: Sequence[FloatArray], level: float, aspect: float) -> None:
         """Follow paths as `Chase` does one; `aspect` is the picture's width by its height."""
         self._level, self._aspect = level, aspect
-        self._paths = [(smooth_path(path[:, 0], path[:, 1:3], _CALM), path[0, 0], path[-1, 0]) for path in paths]
-        self._half = _LEAST
+        self._paths = [(smooth_path(path[:, 0], path[:, 1:3], _SMOOTH), path[0, 0], path[-1, 0]) for path in paths]
+        self._half = _MIN_ABOVE
         for time in np.unique(np.concatenate([path[:, 0] for path in paths]))[::10]:
-            width, height = np.subtract(*self._box(time)[::-1]) / 2.0 + ROOM
+            width, height = np.subtract(*self._box(time)[::-1]) / 2.0 + ABOVE_MARGIN
             self._half = max(self._half, float(height), float(width) / aspect)
 
     def eye(self, time: float) -> Eye:
         """Where it is at a time [s]: as high as all boats need over the whole recording."""
         low, high = self._box(time)
         middle = (low + high) / 2.0
-        height = self._level + self._half / math.tan(_FIELD / 2.0) * self._aspect
+        height = self._level + self._half / math.tan(_FOV / 2.0) * self._aspect
         return looking((*middle, height), (*middle, self._level), (0.0, 1.0, 0.0))
 
     def _box(self, time: float) -> tuple[FloatArray, FloatArray]:
@@ -146,7 +174,7 @@ def smooth_path(time: FloatArray, values: FloatArray, calm: float) -> Callable[[
     """
     columns = values.T
     if len(time) > 1:
-        count = max(2, math.ceil((time[-1] - time[0]) * _SMOOTHED) + 1)
+        count = max(2, math.ceil((time[-1] - time[0]) * _PLACE_RATE) + 1)
         grid = np.linspace(time[0], time[-1], count)
         even = np.array([np.interp(grid, time, column) for column in columns])
         mirrored = np.pad(even, ((0, 0), (count - 1, count - 1)), "reflect", reflect_type="odd")
@@ -247,18 +275,6 @@ def between(first: FloatArray, second: FloatArray, time: float, turns: list[int]
     return row
 
 
-_STEEP = 0.5
-"""Height of the view's axis [unit vector], negative, from which a picture is one from above."""
-_SMALLEST_ABOVE = 1.0
-"""Geoms of a smaller radius [pixels] are not drawn in a picture from above, which has many."""
-_RELIEF = 5.0
-"""How much more the slopes of waves shade a sea that is seen from above, where little of the sky mirrors in it."""
-_FLAT = 0.025
-"""Slope of all waves together below which fewer points of the sea are drawn."""
-_LIGHTER = 0.14
-"""Share of the sky by which a sea that is seen from above is lighter."""
-
-
 class Stage:
     """The world of boats that sail together, with a drawing context."""
 
@@ -294,7 +310,7 @@ class Stage:
         self._model = compiled_spec(spec, world.name)
         check_columns(boat_set, self._model)
         slope = math.hypot(*(wave.amplitude * wave.wavenumber for wave in parameters.sea.waves))
-        if self._model.nskin and slope < _FLAT:
+        if self._model.nskin and slope < _FLAT_SLOPE:
             thin_out(self._model)
         if cell > 0.0:
             coarsen(self._model, [hull.body for hull in parameters.hulls], cell)
@@ -324,12 +340,12 @@ class Stage:
         for geom, rgba in display_colors(model, self._displays, moment.marks, moment.time).items():
             model.geom_rgba[geom] = rgba
         view = view_of(eye, width, height)
-        above = view.rotation[2, 0] < -_STEEP
+        above = view.rotation[2, 0] < -_ABOVE_AXIS
         with compile_notice(draw_surface, "the sea's pictures", 8):
-            self._sea.move_into(view, data, moment.time, relief=_RELIEF if above else 1.0)
+            self._sea.move_into(view, data, moment.time, relief=_RELIEF_ABOVE if above else 1.0)
         if above:  # waves are shaded more, and do not glitter
             mirrored, glitter = self._sea.palette.T
-            np.clip(mirrored + _LIGHTER, EDGE, 1.0 - EDGE, out=mirrored)
+            np.clip(mirrored + _SKY_SHARE, EDGE, 1.0 - EDGE, out=mirrored)
             np.minimum(glitter, PLAIN, out=glitter)
         drawn = np.empty((height, width, 4), np.uint8)
         self._foam.move(moment.time, self._sea.drawn_height)
@@ -381,24 +397,6 @@ def coarsen(model: mujoco.MjModel, bodies: Iterable[str], cell: float) -> None:
 
 _Height = Callable[[FloatArray, FloatArray], npt.ArrayLike]
 
-LASTS = 14.0
-"""How long foam is seen [s]."""
-_PIECES_PER_SECOND = 5.0
-PIECES = math.floor(LASTS * _PIECES_PER_SECOND) + 2
-"""Pieces of a wake at most."""
-_FOAM = "vrx_mj/foam"
-"""Name of the skin that is the foam, and of its material and texture."""
-FULL_SPEED = 2.0
-"""Speed from which foam is as white as it gets [m/s]."""
-_SLOWEST = 0.25
-"""Speed below which a hull leaves no foam [m/s]."""
-WHITE = 0.38
-"""Opacity of fresh foam."""
-WIDTH, SPREAD = 0.28, 0.09
-"""Width of fresh foam [m], and by how much it grows [m/s]."""
-OVER = 0.05
-"""Height of foam over the facets of the drawn sea [m], whose edges it does not follow."""
-
 
 class Foam(Skin):
     """The foam of hulls: a skin of strips, each with as many pieces as a wake can have."""
@@ -408,7 +406,7 @@ class Foam(Skin):
 
         Each hull is a boat's path (n, 4): time [s], east, north [m], heading [rad], and its end, body axes [m].
         """
-        super().__init__(2 * PIECES * len(hulls))
+        super().__init__(2 * MAX_PIECES * len(hulls))
         self.normals[:, 2] = 1.0
         self.palette[:] = 0.5
         if not hulls:
@@ -418,7 +416,7 @@ class Foam(Skin):
         self._first = math.floor(begin * _PIECES_PER_SECOND)
         clock = np.arange(self._first, math.ceil(end * _PIECES_PER_SECOND) + 1) / _PIECES_PER_SECOND
         self._tracks = np.array([_stern_track(clock, *hull) for hull in hulls])
-        left = (np.arange(len(hulls))[:, None] * 2 * PIECES + 2 * np.arange(PIECES - 1)).reshape(-1, 1)
+        left = (np.arange(len(hulls))[:, None] * 2 * MAX_PIECES + 2 * np.arange(MAX_PIECES - 1)).reshape(-1, 1)
         triangles = np.concatenate([left + np.array(corners) for corners in ((0, 1, 2), (1, 3, 2))]).astype(np.int32)
         white = np.full((2, 256, 4), 255, np.uint8)
         white[..., 3] = np.arange(256)
@@ -430,7 +428,7 @@ class Foam(Skin):
         The freshest come first; the first edge is on the right of the way.
         """
         newest = math.ceil(now * _PIECES_PER_SECOND) - 1
-        steps = np.maximum(newest - np.arange(-1, PIECES - 1), math.ceil((now - LASTS) * _PIECES_PER_SECOND - 1e-6))
+        steps = np.maximum(newest - np.arange(-1, MAX_PIECES - 1), math.ceil((now - LASTS) * _PIECES_PER_SECOND - 1e-6))
         track = self._tracks[:, np.clip(steps - self._first, 0, self._tracks.shape[1] - 1)]
         share = now * _PIECES_PER_SECOND - newest
         track[:, 0] = share * track[:, 0] + (1.0 - share) * track[:, 1]
@@ -439,7 +437,7 @@ class Foam(Skin):
         along /= np.maximum(np.linalg.norm(along, axis=-1, keepdims=True), 1e-6)
         half = 0.5 * (WIDTH + SPREAD * age)[:, None] * (along[..., ::-1] * (-1.0, 1.0))
         edges = np.stack([track[..., :2] + half, track[..., :2] - half], axis=2)
-        z = np.asarray(height(edges[..., 0], edges[..., 1])) + OVER
+        z = np.asarray(height(edges[..., 0], edges[..., 1])) + FOAM_HEIGHT
         opacity = WHITE * np.clip((track[..., 2] - _SLOWEST) / (FULL_SPEED - _SLOWEST), 0.0, 1.0) * (1.0 - age / LASTS)
         return np.concatenate([edges, z[..., None]], axis=-1), opacity
 

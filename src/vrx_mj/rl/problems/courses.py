@@ -14,6 +14,12 @@ _LEGS = (10.0, 25.0)
 """Distances from one waypoint to the next, least and greatest [m]."""
 _REACHED = 1.5
 """A waypoint is reached when VRX's error of its pose is below this [m]."""
+_BETWEEN = (15.0, 25.0)
+"""Distances from one gate to the next, least and greatest [m]."""
+_BEND = np.radians(40.0)
+"""Greatest bend between one gate and the next, either way [rad]."""
+_WIDTH = 10.0
+"""Width of a gate [m]; VRX's are 10 to 20 m wide."""
 
 
 class StationKeeping(Problem):
@@ -157,14 +163,6 @@ class Wayfinding(Course):
 
     def _now(self, team: Team) -> FloatArray:
         return pose_error(team, *self._point(0))
-
-
-_BETWEEN = (15.0, 25.0)
-"""Distances from one gate to the next, least and greatest [m]."""
-_BEND = np.radians(40.0)
-"""Greatest bend between one gate and the next, either way [rad]."""
-_WIDTH = 10.0
-"""Width of a gate [m]; VRX's are 10 to 20 m wide."""
 
 
 class FollowPath(Course):

@@ -24,6 +24,21 @@ _NEARLY = np.radians(15.0)
 """Courses so near to reciprocal are nearly so, and who is so near the bow is nearly ahead; rule 14 gives no number."""
 _READILY = np.radians(30.0)
 """An alteration of course that is readily apparent (rule 8 (b)), and departs wholly from a course that is kept."""
+_AHEAD = 18.0
+"""Time from the start to the collision if both kept on [s]."""
+_BEYOND = 20.0
+"""Distance of a goal from the point where they would collide [m]."""
+_SPEED, _SLOW, _FAST = 1.5, 0.8, 2.0
+"""Speeds of who meets or crosses, is overtaken, and overtakes [m/s]."""
+_WANTED = 15.0
+"""A closest approach beyond this costs nothing [m]."""
+_AGREED = 15.0
+"""Within this distance, with risk of collision, who stands on may act: rule 17 (a) (ii), (b) [m]."""
+_ARRIVED = 5.0
+"""A boat is at its goal within this distance [m]."""
+_OPENED = 1.0
+"""Distance beyond the closest approach at which boats that are behind each other have passed [m]; waves shake them by
+less."""
 
 
 def bearings(x: FloatArray, y: FloatArray, yaw: FloatArray) -> FloatArray:
@@ -102,23 +117,6 @@ def pose_score(role: IntArray, bearing: FloatArray, kept: FloatArray) -> FloatAr
     astern = (1.0 - np.cos(bearing[:, ::-1])) / 2.0
     cases = [role == HEAD_ON, role == GIVE_WAY, role == OVERTAKING]
     return np.select(cases, [abeam * abeam[:, ::-1], astern, np.ones_like(bearing)], kept)
-
-
-_AHEAD = 18.0
-"""Time from the start to the collision if both kept on [s]."""
-_BEYOND = 20.0
-"""Distance of a goal from the point where they would collide [m]."""
-_SPEED, _SLOW, _FAST = 1.5, 0.8, 2.0
-"""Speeds of who meets or crosses, is overtaken, and overtakes [m/s]."""
-_WANTED = 15.0
-"""A closest approach beyond this costs nothing [m]."""
-_AGREED = 15.0
-"""Within this distance, with risk of collision, who stands on may act: rule 17 (a) (ii), (b) [m]."""
-_ARRIVED = 5.0
-"""A boat is at its goal within this distance [m]."""
-_OPENED = 1.0
-"""Distance beyond the closest approach at which boats that are behind each other have passed [m]; waves shake them by
-less."""
 
 
 class Encounter(Problem):
@@ -254,19 +252,19 @@ class Encounter(Problem):
         return scores
 
     def _distances(self, team: Team) -> FloatArray:
-        """(n, 2): to the goals [m]."""
+        """Distances to the goals, (n, 2) [m]."""
         x, y = np.moveaxis(self._goals, -1, 0)
         far: FloatArray = np.hypot(x - team.x, y - team.y)
         return far
 
 
 def _gap(team: Team) -> FloatArray:
-    """(n,): between both boats [m]."""
+    """Distance between both boats, (n,) [m]."""
     gap: FloatArray = np.hypot(team.x[:, 1] - team.x[:, 0], team.y[:, 1] - team.y[:, 0])
     return gap
 
 
 def _speeds(team: Team) -> FloatArray:
-    """(n, 2): over ground [m/s]."""
+    """Speeds over ground, (n, 2) [m/s]."""
     speed: FloatArray = np.hypot(*team.velocity())
     return speed

@@ -35,6 +35,18 @@ _FARTHER = 10.0
 """A boat that is lost forfeits what it is off and so much more [m], for the time left."""
 _TURNED = np.radians(45.0)
 """Greatest angle between the bow and the leader's course at the start [rad]."""
+_APART = (24.0, 36.0)
+"""Distances between the two places, least and greatest [m]."""
+_DRIFT = 0.2
+"""Greatest speed of the places, each its own way [m/s]."""
+_ROOM = 5.0
+"""Boats have met within this times the root of their number of a place [m]."""
+_HOLD = 3.0
+"""Boats have met when they were there for so long [s]."""
+_AWAY = (25.0, 35.0)
+"""Distances of the boats from the middle between the places at the start [m]."""
+_TOO_NEAR = 0.2
+"""Cost of a step with another boat too near: with 50 of them, to have met is worth nothing."""
 
 
 class Formation(Problem):
@@ -136,20 +148,6 @@ class Formation(Problem):
         x, y, *_ = self._places()
         off: FloatArray = np.hypot(x - team.x, y - team.y)
         return off
-
-
-_APART = (24.0, 36.0)
-"""Distances between the two places, least and greatest [m]."""
-_DRIFT = 0.2
-"""Greatest speed of the places, each its own way [m/s]."""
-_ROOM = 5.0
-"""Boats have met within this times the root of their number of a place [m]."""
-_HOLD = 3.0
-"""Boats have met when they were there for so long [s]."""
-_AWAY = (25.0, 35.0)
-"""Distances of the boats from the middle between the places at the start [m]."""
-_TOO_NEAR = 0.2
-"""Cost of a step with another boat too near: with 50 of them, to have met is worth nothing."""
 
 
 class Rendezvous(Problem):

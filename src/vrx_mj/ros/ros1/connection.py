@@ -16,14 +16,29 @@ from vrx_mj.ros.parameters import value_size
 from vrx_mj.ros.ros1.xmlrpc import LARGEST_HEAD, address, answer_bytes, checked_size, fault_bytes, read, read_head
 
 LARGEST_HEADER = 1 << 18
-"""Bytes of a header, at most: definitions of messages have up to some 10,000."""
+"""Largest header [bytes]: definitions of messages have up to some 10,000."""
 LARGEST_CALL = 1 << 24
-"""Bytes of a request to a service, or of its response, at most: a robot's description has up to some MB."""
-STALL = 10.0
-"""Wall time in which each portion of what has begun to come or to go must be through [s]."""
+"""Largest request to a service, or response [bytes]: a robot's description has up to some MB."""
+STALL_TIMEOUT = 10.0
+"""Longest wall time of the transfer of one portion of a message [s]."""
 _PORTION = 1 << 16
-"""[bytes]"""
+"""Size of such a portion [bytes]."""
 _LENGTH = struct.Struct("<I")
+"""Length of what follows."""
+_FIRST_TIMEOUT = 10.0
+"""Wall time in which a first request must begin [s]."""
+_IDLE_TIMEOUT = 60.0
+"""Wall time for which a connection is kept open for another request [s]."""
+_MAX_BODIES = 1 << 27
+"""Largest size of all bodies and answers that are held at one time [bytes]."""
+_MOST_CALLS = 1000
+"""Largest number of calls in one system.multicall."""
+CALLS_SHARE = 0.25
+"""Share of the wall time that answers may take in the long run."""
+CALLS_BURST = 0.5
+"""Wall time of answers that are given at once [s]: a launch file or a recorder calls hundreds of times."""
+_LARGEST_ANSWER = 1 << 26
+"""Approximate limit of the size of the values that a system.multicall returns [bytes]."""
 
 
 def with_length(body: bytes) -> bytes:
@@ -123,7 +138,7 @@ class Peer:
 async def in_time() -> AsyncIterator[None]:
     """Hold what is done inside to the time of a portion; ConnectionAbortedError: it takes longer."""
     try:
-        async with asyncio.timeout(STALL):
+        async with asyncio.timeout(STALL_TIMEOUT):
             yield
     except TimeoutError:
         raise ConnectionAbortedError("the connection stalls") from None
@@ -170,7 +185,7 @@ class Listener:
     async def start(self, hosts: Sequence[str], port: int = 0) -> int:
         """Listen; returns the port, a free one where 0 is given. OSError: that cannot be done."""
         for host in hosts:
-            server = await asyncio.start_server(self._connected, host, port, limit=LARGEST_HEAD, backlog=256)
+            server = await asyncio.start_server(self._serve_client, host, port, limit=LARGEST_HEAD, backlog=256)
             self._servers.append(server)
             port = server.sockets[0].getsockname()[1]
         return port
@@ -188,7 +203,7 @@ class Listener:
         await asyncio.gather(*tasks, return_exceptions=True)
         self._servers.clear()
 
-    async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def _serve_client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         peer, task = Peer(reader, writer, self.intake), asyncio.current_task()
         host = peer.place.host
         assert task is not None
@@ -214,21 +229,6 @@ class Listener:
 
 _Answerer = Callable[[str, Sequence[Any], str], object]
 """Takes a method, its values and the caller's address; gives a value, or raises CommandError or Fault."""
-
-_HANDSHAKE = 10.0
-"""Wall time in which a first request must begin to come [s]."""
-_IDLE = 60.0
-"""Wall time that a connection is kept for another request [s]."""
-_ALL_BODIES = 1 << 27
-"""Bytes of all bodies and answers that have come, or wait to be taken, at one time."""
-_MOST_CALLS = 1000
-"""Calls in one system.multicall."""
-CALLS_SHARE = 0.25
-"""Share of the wall time that answers may take in the long run."""
-CALLS_BURST = 0.5
-"""Wall time of answers that are given at once: a launch file or a recorder calls hundreds of times [s]."""
-_LARGEST_ANSWER = 1 << 26
-"""Bytes of the values that a system.multicall gives, about."""
 
 
 class Lane:
@@ -265,12 +265,12 @@ class HttpServer(Listener):
         self, title: str, answer: _Answerer, connection_limit: ConnectionLimit, notices: Notices,
         names: Names | None = None,
     ) -> None:  # fmt: skip
-        super().__init__(title, self._requests, connection_limit, Intake(_ALL_BODIES), notices)
+        super().__init__(title, self._requests, connection_limit, Intake(_MAX_BODIES), notices)
         self._answer, self._names = answer, names or Names()
         self._lane, self._lane_of_large = Lane(), Lane()
 
     async def _requests(self, peer: Peer) -> None:
-        timeout, goes_on, place = _HANDSHAKE, True, peer.place
+        timeout, goes_on, place = _FIRST_TIMEOUT, True, peer.place
         while goes_on:
             words, fields = await self._head(peer, timeout)
             try:
@@ -284,9 +284,9 @@ class HttpServer(Listener):
             if fields.get("expect", "").lower() == "100-continue":
                 peer.writer.write(b"HTTP/1.1 100 Continue\r\n\r\n")
             self.connection_limit.wait(place)
-            answer = await self._answered(await peer.receive(size), peer)
+            answer = await self._answer_body(await peer.receive(size), peer)
             await self._send(peer, "200 OK", answer, keep=goes_on)
-            timeout = _IDLE
+            timeout = _IDLE_TIMEOUT
 
     async def _head(self, peer: Peer, timeout: float) -> tuple[list[str], dict[str, str]]:
         self.connection_limit.wait(peer.place)
@@ -295,7 +295,7 @@ class HttpServer(Listener):
         async with in_time():
             return await read_head(peer.reader, first)
 
-    async def _answered(self, body: bytearray, peer: Peer) -> bytes:
+    async def _answer_body(self, body: bytearray, peer: Peer) -> bytes:
         """The answer to a call, when it is its turn; ConnectionError: the caller has left."""
 
         def is_gone() -> bool:
@@ -305,7 +305,7 @@ class HttpServer(Listener):
         try:
             async with lane.turn(is_gone):
                 values, method = await read(body)
-                value = await self._called(method, values, host)
+                value = await self._call_method(method, values, host)
                 if lane is self._lane_of_large or value_size(value) <= SMALL:
                     return answer_bytes(value)
             async with self._lane_of_large.turn(is_gone):
@@ -316,7 +316,7 @@ class HttpServer(Listener):
         except Fault as fault:
             return fault_bytes(fault.faultString)
 
-    async def _called(self, method: str | None, values: Sequence[object], host: str) -> object:
+    async def _call_method(self, method: str | None, values: Sequence[object], host: str) -> object:
         if method is None:
             raise CommandError("an answer instead of a call")
         if method != "system.multicall":

@@ -11,16 +11,24 @@ from xmlrpc.client import Fault
 
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.graph import Graph, Wire
-from vrx_mj.ros.parameters import LONGEST, is_legal, is_type, join_names, resolve, updates
-from vrx_mj.ros.ros1.xmlrpc import BROKEN, LARGEST_REPLY, Proxy, address
+from vrx_mj.ros.parameters import MAX_NAME, is_legal, is_type, join_names, resolve, updates
+from vrx_mj.ros.ros1.xmlrpc import CALL_ERRORS, LARGEST_REPLY, Proxy, address
 
 _NODE_TIMEOUT = 5.0
-"""Wall time that a node may take for an answer [s]."""
+"""Longest wall time that a node may take to answer [s]."""
 MOST_NODES = 512
-"""Nodes with calls under way, at most; beyond that the calls to the slowest one are dropped."""
+"""Largest number of nodes with calls under way; beyond that the calls to the slowest one are dropped."""
 
 _MOST_CALLS = 2000
-"""Calls to one node that may wait."""
+"""Largest number of calls to one node that wait."""
+_REGISTERING = frozenset(
+    f"{verb}{what}"
+    for verb in ("register", "unregister", "subscribe", "unsubscribe")
+    for what in ("Publisher", "Subscriber", "Service", "Param")
+)
+"""Methods by which a node registers itself."""
+SWEEP_PERIOD = 10.0
+"""About the wall time of a check of all nodes [s]."""
 
 
 class Notifier:
@@ -59,7 +67,7 @@ class Notifier:
                 await proxy.call(key[0], "/master", *calls.pop(key), timeout=_NODE_TIMEOUT)
         except ConnectionRefusedError:
             self._unreachable(api)
-        except (*BROKEN, Fault, TypeError, OverflowError):
+        except (*CALL_ERRORS, Fault, TypeError, OverflowError):
             pass  # it does not listen: its other calls are of no use either
         finally:
             proxy.close()
@@ -68,14 +76,6 @@ class Notifier:
 
 
 Reply = tuple[int, str, Any]
-_REGISTERING = frozenset(
-    f"{verb}{what}"
-    for verb in ("register", "unregister", "subscribe", "unsubscribe")
-    for what in ("Publisher", "Subscriber", "Service", "Param")
-)
-"""Methods by which a node registers itself."""
-SWEEP = 10.0
-"""Wall time for a look at all nodes, about [s]."""
 
 
 class Api:
@@ -103,8 +103,8 @@ class Api:
     def call(self, method: str, values: Sequence[object]) -> Reply:
         """Code (1 done, 0 failed, -1 wrong call), text and value."""
         kinds, function = self.methods[method]
-        if not values or not isinstance(values[0], str) or len(values[0]) > LONGEST:
-            return -1, f"caller_id must be a string of at most {LONGEST} characters", 0
+        if not values or not isinstance(values[0], str) or len(values[0]) > MAX_NAME:
+            return -1, f"caller_id must be a string of at most {MAX_NAME} characters", 0
         if kinds == "*":
             return function(*values)
         if len(values) != len(kinds) + 1:
@@ -249,7 +249,7 @@ class Master(Api, Wire):
         return 1, f"parameter {key} deleted", 0
 
     def _search_parameter(self, node: str, key: object) -> Reply:
-        if not isinstance(key, str) or not 0 < len(key) <= LONGEST or key.startswith("~"):
+        if not isinstance(key, str) or not 0 < len(key) <= MAX_NAME or key.startswith("~"):
             return -1, "ERROR: parameter [key] is not a relative or absolute name", 0
         found = self.graph.parameters.search(node, key)
         return (
@@ -272,8 +272,8 @@ class Master(Api, Wire):
         """Look again and again whether nodes still listen, so that those who died are forgotten."""
         while True:
             for api in sorted(set(self.graph.registrations.nodes.values()) - {self.graph.uri}):
-                await asyncio.sleep(min(SWEEP / len(self.graph.registrations.nodes or "-"), 1.0))
-                with contextlib.suppress(*BROKEN):
+                await asyncio.sleep(min(SWEEP_PERIOD / len(self.graph.registrations.nodes or "-"), 1.0))
+                with contextlib.suppress(*CALL_ERRORS):
                     await self._visit(api)
             await asyncio.sleep(1.0)
 
@@ -289,7 +289,7 @@ class Master(Api, Wire):
 
 def _check_value(kind: str, value: object, node: str) -> object:
     """A value of a call, names made absolute."""
-    if kind == "k" and isinstance(value, str) and 0 < len(value) <= LONGEST:
+    if kind == "k" and isinstance(value, str) and 0 < len(value) <= MAX_NAME:
         return resolve(value, node)
     if kind == "n" and isinstance(value, str) and is_legal(value):
         return resolve(value, node)

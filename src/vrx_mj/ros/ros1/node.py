@@ -15,19 +15,37 @@ from vrx_mj.ros.interface import Traffic
 from vrx_mj.ros.limits import ConnectionLimit, Intake
 from vrx_mj.ros.messages import Message
 from vrx_mj.ros.network import Notices, addresses, announced_address, is_local, listening_addresses, own_names
-from vrx_mj.ros.parameters import LONGEST, resolve
+from vrx_mj.ros.parameters import MAX_NAME, resolve
 from vrx_mj.ros.ros1.connection import LARGEST_HEADER, HttpServer, Listener, Peer, decode_header, encode_header
 from vrx_mj.ros.ros1.master import Api, Reply
 from vrx_mj.ros.ros1.registrar import Link, MasterAccess, Registrar, SystemState, is_ours, open_master
 from vrx_mj.ros.ros1.tcpros import MOST_PUBLISHERS, Provided, Publication, Reader, Stream, Subscription, call_service
-from vrx_mj.ros.ros1.xmlrpc import BROKEN, address, ask
+from vrx_mj.ros.ros1.xmlrpc import CALL_ERRORS, address, ask
 
 HEADER_TIMEOUT = 10.0
-"""Wall time in which a header must come [s]."""
+"""Wall time in which a header must arrive [s]."""
 _RESTRICTED = {"shutdown", "publisherUpdate", "paramUpdate"}
-"""Only for programs on this machine and the master's."""
+"""Methods that only programs on this machine and the master's may call."""
 _MASTER = "/master"
-"""The caller that masters say they are."""
+"""Name of the caller that masters give."""
+_PUBLIC = {"/rosout", "/rosout_agg", "/clock", "/tf", "/tf_static", "/statistics", "/diagnostics"}
+"""Topics on which many nodes publish."""
+_CONNECT_TIMEOUT = 10.0
+"""Wall time in which a subscriber should have connected [s]."""
+_MOST_WAITING = 1000
+"""Largest number of unfinished connections of subscribers that are watched."""
+_INCOMING_BYTES = 1 << 27
+"""Largest size of all messages and requests that are being received [bytes]."""
+_MOST_SOURCES = 1024
+"""Largest number of connections to publishers of other processes."""
+_MOST_LATCHED = 64
+"""Largest number of latched messages of other processes that are kept."""
+_DEFAULT_MASTER = "http://localhost:11311"
+"""Address of roscore on this machine."""
+_OPEN_TIMEOUT = 15.0
+"""Wall time to find the master and to register [s]."""
+_CLOSE_TIMEOUT = 2.0
+"""Wall time to withdraw everything and to close [s]."""
 
 
 @dataclass
@@ -142,13 +160,6 @@ def _topic_list(topics: Mapping[str, Publication] | Mapping[str, Subscription]) 
     return [[topic.name, topic.type] for topic in topics.values()]
 
 
-_PUBLIC = {"/rosout", "/rosout_agg", "/clock", "/tf", "/tf_static", "/statistics", "/diagnostics"}
-"""Topics on which anybody publishes."""
-_CONNECT_TIMEOUT = 10.0
-"""Wall time in which a subscriber should have connected [s]."""
-_MOST_WAITING = 1000
-
-
 class Watch:
     """Looks at one state after the other."""
 
@@ -206,7 +217,7 @@ class Watch:
     async def _report_unreachable(self, silent: list[tuple[str, str]]) -> None:
         try:
             uris = await self._link.many([("lookupNode", (self._graph.node, node)) for _, node in silent])
-        except (*BROKEN, Fault):
+        except (*CALL_ERRORS, Fault):
             return
         for (_, node), uri in zip(silent, map(str, uris), strict=True):
             try:
@@ -227,21 +238,9 @@ async def _answers(uri: str) -> bool:
     """Whether a node is alive."""
     try:
         await ask(uri, "getPid", "/vrx_mj", timeout=2.0)
-    except (*BROKEN, Fault):
+    except (*CALL_ERRORS, Fault):
         return False
     return True
-
-
-_INCOMING_BYTES = 1 << 27
-"""Bytes of messages and requests that have begun to come, of all together."""
-_MOST_SOURCES = 1024
-"""Connections to publishers of other processes, at most."""
-_MOST_LATCHED = 64
-"""Latched messages of other processes that are kept, at most."""
-_DEFAULT_MASTER = "http://localhost:11311"
-_OPEN_TIMEOUT = 15.0
-"""Wall time to find the master and to register [s]."""
-_CLOSE_TIMEOUT = 2.0
 
 
 class Node(Wire):
@@ -426,7 +425,7 @@ class Node(Wire):
         async with asyncio.timeout(HEADER_TIMEOUT):
             header = decode_header(await peer.frame(LARGEST_HEADER))
         try:
-            met = self._met(header)
+            met = self._destination(header)
             lasts = isinstance(met, Publication) or header.get("persistent", "").lower() in {"1", "true"}
             if lasts and not self._connection_limit.settle(peer.place):
                 raise CommandError("too many connections")
@@ -434,7 +433,7 @@ class Node(Wire):
             await peer.send(encode_header({"error": str(error)[:1000]}))
             raise
         await peer.send(encode_header(met.reply()))
-        node = header["callerid"][:LONGEST]
+        node = header["callerid"][:MAX_NAME]
         if isinstance(met, Publication):
             reader = Reader(met, peer, node)
             met.join(reader)
@@ -446,7 +445,7 @@ class Node(Wire):
         elif header.get("probe") != "1":
             await met.answer(peer, node, persistent=lasts)
 
-    def _met(self, header: Mapping[str, str]) -> Publication | Provided:
+    def _destination(self, header: Mapping[str, str]) -> Publication | Provided:
         """The topic or service that a header asks for; CommandError: it is not for who sent it."""
         what, name = ("publisher", header["topic"]) if "topic" in header else ("provider", header.get("service", ""))
         met = self.publications.get(name) if what == "publisher" else self.provided.get(name)

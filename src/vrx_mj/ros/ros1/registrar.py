@@ -24,12 +24,28 @@ from vrx_mj.ros.network import (
 )
 from vrx_mj.ros.ros1.connection import HttpServer
 from vrx_mj.ros.ros1.master import Master
-from vrx_mj.ros.ros1.xmlrpc import ANSWER_TIMEOUT, BROKEN, Proxy, address, ask
+from vrx_mj.ros.ros1.xmlrpc import ANSWER_TIMEOUT, CALL_ERRORS, Proxy, address, ask
 
 _MOST_AT_ONCE = 100
-"""Calls that are sent together."""
+"""Largest number of calls that are sent together."""
 _Request = tuple[str, Sequence[object]]
 """Method and values."""
+MASTER_TIMEOUT = 3.0
+"""Longest wall time that a master may take to answer [s]."""
+_PARAMETERS = {"/rosdistro": "noetic\n", "/rosversion": "1.16.0\n"}
+"""Parameters that roscore sets and tools read."""
+_CHECK_PERIOD = 2.0
+"""Wall time between two checks of what the master knows [s]."""
+_MIN_CHECK_PERIOD = 0.25
+"""Least wall time between two such checks [s]."""
+_WITHDRAW_TIMEOUT = 1.0
+"""Wall time to withdraw everything at the end [s]."""
+_PORTION_TIMEOUT = 30.0
+"""Wall time for a portion of the parameters [s]: roscore takes a second for some MB of a robot's description."""
+PORTION = 1 << 17
+"""Approximate size of the parameters that are sent together [bytes]."""
+_METHODS = {"publisher": "Publisher", "subscriber": "Subscriber", "service": "Service"}
+"""Ends of the names of the master's methods, by kind."""
 
 
 class Link:
@@ -77,12 +93,6 @@ def _value(reply: object) -> object:
     return reply[2] if isinstance(reply, list) and len(reply) == 3 and reply[0] == 1 else None
 
 
-MASTER_TIMEOUT = 3.0
-"""Wall time that a master may take to answer [s]."""
-_PARAMETERS = {"/rosdistro": "noetic\n", "/rosversion": "1.16.0\n"}
-"""What roscore sets, and tools read."""
-
-
 @dataclass
 class MasterAccess:
     """The master that we are on."""
@@ -127,7 +137,7 @@ async def open_master(
         return MasterAccess(where, Link(uri, master), names, master, server)
     except OSError as error:
         raise NetworkError(f"no ROS master at {uri}: {str(error) or 'no answer'}{_who(where, port)}") from None
-    except (*BROKEN, Fault) as error:
+    except (*CALL_ERRORS, Fault) as error:
         raise NetworkError(f"the server at {uri} is not a ROS master: {error}{_who(where, port)}") from None
     await _refuse_second(uri, graph.node)
     return MasterAccess(where, Link(uri), names)
@@ -174,7 +184,7 @@ async def _refuse_second(uri: str, node: str) -> None:
         api = str(await ask(uri, "lookupNode", node, node, timeout=MASTER_TIMEOUT))
         pid = await ask(api, "getPid", node, timeout=MASTER_TIMEOUT)
         where, _ = address(api)
-    except (*BROKEN, Fault):
+    except (*CALL_ERRORS, Fault):
         return  # no node of our name, or it has died, and its registration has stayed
     about = shown_process(pid) if is_local(where) and isinstance(pid, int) else f"pid {pid} on {where}"
     raise NetworkError(f"a simulation is already served there: node {node}, {about}, or with: rosnode kill {node}")
@@ -186,17 +196,6 @@ def _who(where: str, port: int) -> str:
     return "" if holder is None else f"; port {port} is held by {holder}"
 
 
-_PERIOD = 2.0
-"""Wall time between two looks at what the master knows [s]."""
-_SOONEST = 0.25
-"""Least wall time between two such looks [s]."""
-_WITHDRAW_TIMEOUT = 1.0
-"""Wall time to take all back at the end [s]."""
-_SLOW = 30.0
-"""Wall time for a portion of the parameters: roscore takes a second for some MB of a robot's description [s]."""
-PORTION = 1 << 17
-"""Bytes of parameters that are sent together, about."""
-_METHODS = {"publisher": "Publisher", "subscriber": "Subscriber", "service": "Service"}
 SystemState = list[dict[str, list[str]]]
 """Nodes by name: of publishers, of subscribers, of services."""
 _Key = tuple[str, str, str]
@@ -230,24 +229,24 @@ class Registrar:
     async def run(self) -> None:
         """Do it until another node of the same name has taken over."""
         loop = asyncio.get_running_loop()
-        looked = -_SOONEST
+        looked = -_MIN_CHECK_PERIOD
         while True:
             self.wake.clear()
-            pause = _PERIOD
+            pause = _CHECK_PERIOD
             try:
                 await self._settle()
-                if loop.time() - looked >= _SOONEST:
+                if loop.time() - looked >= _MIN_CHECK_PERIOD:
                     looked = loop.time()
                     self._look(*await self._state())
                     if await self._is_replaced():
                         return
                 else:
-                    pause = _SOONEST
+                    pause = _MIN_CHECK_PERIOD
                 if self._is_lost:
                     self.notices.forget("lost", self.uri)
                     self.notices.write("INFO", "found", self.uri, f"the master at {self.uri} answers again")
                 self._is_lost = False
-            except (*BROKEN, Fault) as error:
+            except (*CALL_ERRORS, Fault) as error:
                 self._note_loss(error)
             with contextlib.suppress(TimeoutError):
                 async with asyncio.timeout(pause):
@@ -261,7 +260,7 @@ class Registrar:
         try:
             async with asyncio.timeout(_WITHDRAW_TIMEOUT):
                 await self.link.many(calls)
-        except (*BROKEN, Fault):
+        except (*CALL_ERRORS, Fault):
             pass  # it is gone, and has forgotten us with all else
         self.link.close()
 
@@ -280,7 +279,7 @@ class Registrar:
             )
             self._set = {name: value for name, value in self._set.items() if name in parameters}
             for some in _portions({n: value for n, value in parameters.items() if self._set.get(n, self) != value}):
-                await self.link.many([("setParam", (self.node, *pair)) for pair in some.items()], _SLOW)
+                await self.link.many([("setParam", (self.node, *pair)) for pair in some.items()], _PORTION_TIMEOUT)
                 self._set |= some
             keys = [key for key, values in wished.items() if self._done.get(key) != values]
             replies = await self.link.many([self._call("register", key, wished[key]) for key in keys])

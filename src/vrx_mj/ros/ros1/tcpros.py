@@ -30,7 +30,7 @@ from vrx_mj.ros.messages import (
     typestore,
 )
 from vrx_mj.ros.network import Notices
-from vrx_mj.ros.parameters import LONGEST
+from vrx_mj.ros.parameters import MAX_NAME
 from vrx_mj.ros.ros1.connection import (
     LARGEST_CALL,
     LARGEST_HEADER,
@@ -40,19 +40,44 @@ from vrx_mj.ros.ros1.connection import (
     encode_header,
     with_length,
 )
-from vrx_mj.ros.ros1.xmlrpc import BROKEN, Proxy, ask
+from vrx_mj.ros.ros1.xmlrpc import CALL_ERRORS, Proxy, ask
 
 _HIGH_WATER = 1 << 18
-"""Bytes that asyncio holds of a connection before its outbox fills."""
+"""Bytes of a connection that asyncio holds before its outbox fills."""
 _MOST_FRAMES = 256
-"""Messages that wait for one subscriber, at most."""
-_PIECE = 1 << 18
+"""Largest number of messages that wait for one subscriber."""
+_WRITE_SIZE = 1 << 18
 """Bytes that are given to asyncio at one time: it copies what it cannot send."""
 _MOST_IDLE_TALK = 1 << 16
-"""Bytes that a subscriber may send after its header, of which nothing is used."""
+"""Largest number of bytes that a subscriber may send after its header; they are ignored."""
 _MOST_MET = 1000
-"""Names of subscribers that are remembered."""
+"""Largest number of names of subscribers that are remembered."""
 _LENGTH = struct.Struct("<I")
+"""Length of what follows."""
+_REQUEST_TIMEOUT = 10.0
+"""Wall time in which the request of a one-time caller must begin [s]."""
+MOST_PUBLISHERS = 64
+"""Largest number of publishers of a topic that a subscription connects to."""
+_LARGEST_MESSAGE = 1 << 22
+"""Largest incoming message [bytes]: commands are small."""
+_LARGEST_LATCHED = 1 << 20
+"""Largest latched message that is kept for later subscribers [bytes]."""
+_LONGEST_CALL = 600.0
+"""Longest wall time of a call of a service [s]."""
+_READ_SIZE, _MOST_IN_A_BITE = 1 << 16, 1000
+"""Bytes, and messages, that are taken from a stream at one time."""
+_MOST_AT_ONCE = 64
+"""Largest number of these messages that are read: only the newest."""
+_MOST_PER_SECOND = 5000
+"""Largest rate of the messages of one publisher [Hz]; a faster one has to wait."""
+_HANDSHAKE_TIMEOUT = 10.0
+"""Wall time in which a connection must be made [s]."""
+FIRST_PAUSE, LONGEST_PAUSE = 0.5, 8.0
+"""First and longest wall time until a connection is tried again [s]."""
+_MASTER = "http://localhost:11311"
+"""Address of roscore on this machine."""
+_LOOKUP_PERIOD = 0.2
+"""Wall time between two requests for the address of a service [s]."""
 
 
 class Stream:
@@ -91,7 +116,7 @@ class Publication:
         """Why somebody cannot subscribe."""
         if len(self.met) >= _MOST_MET:
             self.met.clear()
-        self.met.add(header["callerid"][:LONGEST])
+        self.met.add(header["callerid"][:MAX_NAME])
         wanted, own = header["md5sum"], md5sum(self.type)
         kind = header.get("type", "*")
         if kind not in {"*", self.type}:
@@ -200,12 +225,8 @@ class Reader:
                 self.sent += len(frame)
                 self.messages += 1
                 self.publication.stream.counts.sent += len(frame)
-            piece, self._rest = self._rest[:_PIECE], self._rest[_PIECE:]
+            piece, self._rest = self._rest[:_WRITE_SIZE], self._rest[_WRITE_SIZE:]
             transport.write(piece)
-
-
-_REQUEST_TIMEOUT = 10.0
-"""Wall time in which the request of one who calls once must begin to come [s]."""
 
 
 @dataclass(eq=False)
@@ -269,25 +290,6 @@ class Provided:
         return b"\x00" + with_length(why.encode("utf-8", "replace"))
 
 
-MOST_PUBLISHERS = 64
-_LARGEST_MESSAGE = 1 << 22
-"""Bytes, at most: commands are small."""
-_LARGEST_LATCHED = 1 << 20
-"""Bytes of a latched message that is kept for who subscribes later, at most."""
-_LONGEST_CALL = 600.0
-"""Wall time that a service may take [s]."""
-_BITE, _MOST_IN_A_BITE = 1 << 16, 1000
-"""Bytes and messages that are taken from a stream at one time."""
-_MOST_AT_ONCE = 64
-"""Messages of these that are read: only the newest ones."""
-_MOST_PER_SECOND = 5000
-"""Messages of one publisher; if there are more, it has to wait."""
-_HANDSHAKE = 10.0
-"""Wall time in which a connection must be made [s]."""
-FIRST_PAUSE, LONGEST_PAUSE = 0.5, 8.0
-"""Wall time until a connection is tried again [s]."""
-
-
 @dataclass(eq=False)
 class Subscription:
     """A topic that nodes of this process listen to, and its publishers elsewhere."""
@@ -313,7 +315,7 @@ class Subscription:
 
     def update(self, uris: Iterable[str]) -> None:
         """These are the publishers now."""
-        wanted = list(dict.fromkeys(uri for uri in uris if len(uri) <= LONGEST and uri != self.own))[:MOST_PUBLISHERS]
+        wanted = list(dict.fromkeys(uri for uri in uris if len(uri) <= MAX_NAME and uri != self.own))[:MOST_PUBLISHERS]
         for uri in set(self.sources) - set(wanted):
             self.sources.pop(uri).close()
         for uri in wanted:
@@ -362,7 +364,7 @@ class Source:
             before = self.messages
             try:
                 await self._listen()
-            except (*BROKEN, Fault) as error:
+            except (*CALL_ERRORS, Fault) as error:
                 why = str(error) or "it does not answer"
                 text = f"{self.topic.name}: no messages from its publisher at {self.uri}: {why}"
                 self.topic.notices.write("WARN", "publisher", f"{self.topic.name} {self.uri}", text)
@@ -372,7 +374,7 @@ class Source:
     async def _listen(self) -> None:
         """Connect, and stay until the connection ends."""
         topic = self.topic
-        self.peer = peer = await dial(await self._where(), "tcpros", topic.intake, timeout=_HANDSHAKE)
+        self.peer = peer = await dial(await self._where(), "tcpros", topic.intake, timeout=_HANDSHAKE_TIMEOUT)
         try:
             with contextlib.suppress(OSError, EOFError):  # it has closed the connection, or says nothing
                 await self._messages(peer)
@@ -383,14 +385,14 @@ class Source:
     async def _messages(self, peer: Peer) -> None:
         topic = self.topic
         peer.writer.write(encode_header(topic.header()))
-        header = decode_header(await peer.frame(LARGEST_HEADER, _HANDSHAKE))
+        header = decode_header(await peer.frame(LARGEST_HEADER, _HANDSHAKE_TIMEOUT))
         if "error" in header:
             raise CommandError(f"it reports: {header['error'][:300]}")
         sent, own = header.get("md5sum", ""), md5sum(topic.type)
         if sent not in {"*", own}:
             kind = header.get("type", "?")
             raise CommandError(f"it sends [{kind}/{sent}], but this topic is [{topic.type}/{own}]")
-        sender = header.get("callerid", "")[:LONGEST] or self.uri
+        sender = header.get("callerid", "")[:MAX_NAME] or self.uri
         while True:
             await self._take(peer, sender, latching=header.get("latching") == "1")
 
@@ -398,7 +400,7 @@ class Source:
         """Take what has come; of too much only the newest messages, and then none for a while."""
         frames, size = [await peer.frame(_LARGEST_MESSAGE)], 0
         with contextlib.suppress(OSError, EOFError):
-            while size < _BITE and len(frames) < _MOST_IN_A_BITE:
+            while size < _READ_SIZE and len(frames) < _MOST_IN_A_BITE:
                 frames.append(await peer.frame(_LARGEST_MESSAGE, 0.0))
                 size += len(frames[-1])
         self.messages += len(frames)
@@ -429,11 +431,11 @@ async def call_service(
         CommandError: the service cannot be called, or refuses, and why.
         OSError, EOFError, TimeoutError: it does not answer.
     """
-    peer = await dial(uri, "rosrpc", Intake(_LARGEST_MESSAGE), timeout=_HANDSHAKE)
+    peer = await dial(uri, "rosrpc", Intake(_LARGEST_MESSAGE), timeout=_HANDSHAKE_TIMEOUT)
     try:
         probe = {} if make is not None else {"probe": "1"}
         peer.writer.write(encode_header({"callerid": node, "md5sum": "*", "service": name} | probe))
-        header = decode_header(await peer.frame(LARGEST_HEADER, _HANDSHAKE))
+        header = decode_header(await peer.frame(LARGEST_HEADER, _HANDSHAKE_TIMEOUT))
         type_name = header.get("type", "")
         if "error" in header or not type_name:
             raise CommandError(f"{name}: {header.get('error', 'its type is not known')[:300]}")
@@ -452,11 +454,6 @@ async def call_service(
         return type_name, decode(body, f"{type_name}Response")
     finally:
         peer.close()
-
-
-_MASTER = "http://localhost:11311"
-_PAUSE = 0.2
-"""Wall time between two questions for a service [s]."""
 
 
 class Client:
@@ -487,7 +484,7 @@ class Client:
         while not self._api(service):
             if time.monotonic() > end:
                 raise NetworkError(f"no service {service} within {seconds:g} s at the master {self.uri}")
-            time.sleep(_PAUSE)
+            time.sleep(_LOOKUP_PERIOD)
 
     def call(self, service: str, type_name: str, request: Message) -> Message:
         """Call a service, and return its response.
@@ -524,6 +521,6 @@ class Client:
         try:
             answer: Any = asyncio.run(ask())
             code, _, result = answer
-        except (*BROKEN, Fault, ValueError, TypeError) as error:
+        except (*CALL_ERRORS, Fault, ValueError, TypeError) as error:
             raise NetworkError(f"no answer from a ROS master at {self.uri}: {error}") from None
         return result if code == 1 else None

@@ -13,11 +13,28 @@ from xmlrpc.client import Fault
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.network import host_of
 
-_DEEPEST = 128
-"""Elements within each other: some forty levels of lists or structures."""
+_MAX_DEPTH = 128
+"""Largest number of elements within each other: some forty levels of lists or structures."""
 _MOST_ELEMENTS = 400_000
-_BITE = 1 << 15
+"""Largest number of elements."""
+_READ_SIZE = 1 << 15
 """Bytes that are read before others get their turn."""
+LARGEST_HEAD = 1 << 14
+"""Largest head of a request or of an answer [bytes]."""
+_LARGEST_BODY = 1 << 24
+"""Largest body of a call or an answer [bytes]: descriptions of robots have some MB."""
+LARGEST_REPLY = 1 << 16
+"""Largest answer of a node to a call from here [bytes]."""
+ANSWER_TIMEOUT = 5.0
+"""Longest wall time that an answer may take [s]."""
+CALL_ERRORS = (OSError, EOFError, TimeoutError, CommandError)
+"""Errors of a call that cannot reach the other end, or gets no proper answer."""
+_HOST = re.compile(r"[A-Za-z0-9_:%-][A-Za-z0-9_.:%-]{0,252}\Z")
+"""A host's name or address."""
+_BROWSER_FIELDS = ("origin", "sec-fetch-", "access-control-request-")
+"""Prefixes of header fields that only browsers add."""
+_CONTENT_TYPE = "text/xml"
+"""Content type of XML-RPC."""
 
 
 class _Unmarshaller(xmlrpc.client.Unmarshaller):
@@ -30,8 +47,8 @@ class _Unmarshaller(xmlrpc.client.Unmarshaller):
     def start(self, tag: str, attrs: Mapping[str, str]) -> None:
         self._depth += 1
         self._elements += 1
-        if self._depth > _DEEPEST or self._elements > _MOST_ELEMENTS:
-            raise CommandError(f"more than {_DEEPEST} nested elements, or {_MOST_ELEMENTS} in all")
+        if self._depth > _MAX_DEPTH or self._elements > _MOST_ELEMENTS:
+            raise CommandError(f"more than {_MAX_DEPTH} nested elements, or {_MOST_ELEMENTS} in all")
         super().start(tag, dict(attrs))
 
     def end(self, tag: str) -> None:
@@ -50,8 +67,8 @@ async def read(body: bytes | bytearray) -> tuple[tuple[object, ...], str | None]
     parser: Any = xmlrpc.client.ExpatParser(target)
     parser._parser.StartDoctypeDeclHandler = _refuse
     try:
-        for at in range(0, len(body), _BITE):
-            parser.feed(body[at : at + _BITE])
+        for at in range(0, len(body), _READ_SIZE):
+            parser.feed(body[at : at + _READ_SIZE])
             if at:
                 await asyncio.sleep(0)
         parser.close()
@@ -84,19 +101,6 @@ def fault_bytes(text: str) -> bytes:
 
 def _refuse(*_: object) -> NoReturn:
     raise CommandError("a document type is not allowed in XML-RPC")
-
-
-LARGEST_HEAD = 1 << 14
-_LARGEST_BODY = 1 << 24
-"""Bytes of a call or an answer, at most: descriptions of robots have some MB."""
-LARGEST_REPLY = 1 << 16
-"""Bytes of what a node answers to what it is asked here, at most."""
-ANSWER_TIMEOUT = 5.0
-"""Wall time that an answer may take [s]."""
-BROKEN = (OSError, EOFError, TimeoutError, CommandError)
-"""What a call raises if the other end cannot be reached, or gives no proper answer."""
-
-_HOST = re.compile(r"[A-Za-z0-9_:%-][A-Za-z0-9_.:%-]{0,252}\Z")
 
 
 async def read_head(reader: asyncio.StreamReader, first: bytes = b"") -> tuple[list[str], dict[str, str]]:
@@ -241,11 +245,6 @@ async def _all(reader: asyncio.StreamReader, most: int) -> bytes:
     return bytes(body)
 
 
-_BROWSERS_OWN = ("origin", "sec-fetch-", "access-control-request-")
-"""Beginnings of fields that browsers alone add."""
-_CONTENT_TYPE = "text/xml"
-
-
 class RequestError(CommandError):
     """Why a request is refused, with HTTP's status."""
 
@@ -269,7 +268,7 @@ def checked_size(words: Sequence[str], fields: Mapping[str, str], is_ours: Calla
     if words[0] != "POST":
         raise RequestError("405 Method Not Allowed", f"this is XML-RPC: '{' '.join(words)[:60]}' is not a POST")
     for name, value in fields.items():
-        if name.startswith(_BROWSERS_OWN):
+        if name.startswith(_BROWSER_FIELDS):
             text = f"a web page may not call ROS, but a browser sent {name}: {ascii(value)[1:100]}"
             raise RequestError("403 Forbidden", text.removesuffix("'"))
     if "host" in fields and not is_ours(host_of(fields["host"])):

@@ -25,7 +25,46 @@ from vrx_mj.ros.messages import INTEGERS, MOMENT, SPAN, Field, Message, fields, 
 
 _Numbers = npt.NDArray[Any]
 _EFFORT = 1
-"""zlib's level: a loop that serves everybody has no time for more."""
+"""zlib's level: a loop that serves everybody has no time for a higher one."""
+MOST_INCOMING = 4 << 20
+"""Largest message from a client [bytes], also after it was put together from fragments."""
+_MOST_TEXT = 256
+"""Longest name, type or id [characters]."""
+_MOST_QUEUE = 1000
+"""Longest queue that a client may ask for."""
+_COMPRESSIONS = ("none", "png", "cbor", "cbor-raw")
+"""Compressions that a client may ask for."""
+_NAME = re.compile(r"/?[A-Za-z][A-Za-z0-9_/]*")
+"""A legal name."""
+_FLOAT32_MAX = float(np.finfo(np.float32).max)
+"""Largest number of type float32."""
+_FLOATS = frozenset({"float32", "float64"})
+"""Types of floating-point numbers."""
+_TIME_FIELDS = {"secs": "sec", "nsecs": "nanosec", "sec": "sec", "nanosec": "nanosec"}
+"""Names of a time's fields, in ROS 1 and in ROS 2."""
+_SHOWN = 60
+"""Largest number of characters of a wrong value that is shown."""
+_BYTES = frozenset({"uint8", "char"})
+"""Types of arrays that are sent as base64."""
+_MIN_MESSAGE = 500
+"""Approximate least size of a message [bytes]."""
+_TYPED_ARRAYS = {
+    "byte": (72, "int8"),
+    "int8": (72, "int8"),
+    "uint16": (69, "<u2"),
+    "uint32": (70, "<u4"),
+    "uint64": (71, "<u8"),
+    "int16": (77, "<i2"),
+    "int32": (78, "<i4"),
+    "int64": (79, "<i8"),
+    "float32": (85, "<f4"),
+    "float64": (86, "<f8"),
+}
+"""Tag (RFC 8746) and layout of an array of each type."""
+_MOST_FRAGMENTS = 1000
+"""Largest number of fragments of a message: a smaller fragment_size is raised."""
+_PLACEHOLDER = secrets.token_hex(16)
+"""Placeholder of bytes in JSON until they are filled in: no client can send it."""
 
 
 def png(text: bytes) -> str:
@@ -57,14 +96,6 @@ def from_png(data: str, largest: int) -> str:
     except Exception as error:  # Pillow raises what each of its parts does
         raise CommandError("data is not a base64 PNG that holds text") from error
 
-
-MOST_INCOMING = 4 << 20
-"""Bytes of a message from a client, at most; put together from its fragments also."""
-_MOST_TEXT = 256
-"""Characters of a name, a type or an id, at most."""
-_MOST_QUEUE = 1000
-_COMPRESSIONS = ("none", "png", "cbor", "cbor-raw")
-_NAME = re.compile(r"/?[A-Za-z][A-Za-z0-9_/]*")
 
 Operation = Mapping[str, Any]
 """A client's message."""
@@ -156,11 +187,6 @@ def absolute(name: str) -> str:
     return "/" + "/".join(part for part in name.split("/") if part)
 
 
-_FLOAT32_MAX = float(np.finfo(np.float32).max)
-_FLOATS = frozenset({"float32", "float64"})
-_PARTS = {"secs": "sec", "nsecs": "nanosec", "sec": "sec", "nanosec": "nanosec"}
-_SHOWN = 60
-"""Characters of a wrong value that are shown, at most."""
 _short = reprlib.Repr()
 _short.maxstring = _short.maxlong = _short.maxother = _SHOWN
 
@@ -303,12 +329,12 @@ def _moment(value: object, type_name: str, now: float, place: str) -> Message:
         raise _wrong(place, value, f"a {type_name}, {{secs, nsecs}}")
     moment = messages.stamp(0.0) if type_name == MOMENT else messages.duration(0.0)
     for name, number in value.items():
-        if name not in _PARTS:
+        if name not in _TIME_FIELDS:
             raise CommandError(f"{place}: a {type_name} has no field {_value_text(name)}; known: secs, nsecs")
         whole = _integer(number, "int32", f"{place}.{name}")
         if type_name == MOMENT and whole < 0:
             raise _wrong(f"{place}.{name}", number, "a time of 0 or more")
-        setattr(moment, _PARTS[name], whole)
+        setattr(moment, _TIME_FIELDS[name], whole)
     return moment
 
 
@@ -335,26 +361,6 @@ def _known_names(name: str, known: Mapping[str, Field]) -> str:
 
 
 _Writer = Callable[[Any], Any]
-_BYTES = frozenset({"uint8", "char"})
-_LIGHT = 500
-"""What a message has at least, about [bytes]."""
-_TYPED_ARRAYS = {
-    "byte": (72, "int8"),
-    "int8": (72, "int8"),
-    "uint16": (69, "<u2"),
-    "uint32": (70, "<u4"),
-    "uint64": (71, "<u8"),
-    "int16": (77, "<i2"),
-    "int32": (78, "<i4"),
-    "int64": (79, "<i8"),
-    "float32": (85, "<f4"),
-    "float64": (86, "<f8"),
-}
-"""Tag (RFC 8746) and layout of an array of each type."""
-_MOST_FRAGMENTS = 1000
-"""Fragments of a message, at most: a smaller fragment_size is raised."""
-_MARK = secrets.token_hex(16)
-"""Placeholder of bytes in JSON until they are put there: no client can send it."""
 _names = itertools.count()
 
 
@@ -428,14 +434,14 @@ def json_bytes(value: object) -> bytes:
         if not isinstance(part, Base64):
             return _item(part)
         found.append(part.text)
-        return _MARK
+        return _PLACEHOLDER
 
     try:
         text = json.dumps(value, allow_nan=False, separators=(",", ":"), default=rest)
     except ValueError:
         found.clear()
         text = json.dumps(_finite(value), allow_nan=False, separators=(",", ":"), default=rest)
-    pieces = text.encode("ascii").split(_MARK.encode("ascii"))
+    pieces = text.encode("ascii").split(_PLACEHOLDER.encode("ascii"))
     return b"".join(itertools.chain.from_iterable(zip(pieces, [*found, b""], strict=True)))
 
 
@@ -453,7 +459,7 @@ def _fragments(parts: Frame, size: int) -> Iterator[Frame]:
 
 
 def _weight(message: Message, type_name: str) -> int:
-    weight = _LIGHT
+    weight = _MIN_MESSAGE
     for name, kind in _varying(type_name):
         value = getattr(message, name)
         if isinstance(value, np.ndarray):

@@ -37,7 +37,8 @@ from vrx_mj.ros.rosbridge.topics import Services
 from vrx_mj.ros.table.boats import transform
 
 _EXAMPLES = dict.fromkeys(INTEGERS, "0") | {"float32": "0.0", "float64": "0.0", "bool": "False", "string": ""}
-_MOMENTS = {
+"""Examples of values, by type."""
+_TIME_DETAILS = {
     "fieldnames": ["secs", "nsecs"],
     "fieldtypes": ["int32", "int32"],
     "fieldarraylen": [-1, -1],
@@ -45,6 +46,32 @@ _MOMENTS = {
     "constnames": [],
     "constvalues": [],
 }
+"""What rosapi answers about time and duration."""
+_ACTION_TOPICS = frozenset({"cancel", "feedback", "goal", "result", "status"})
+"""Topics of an action."""
+_CONVERSIONS: Mapping[str, Callable[[str], str]] = {
+    "type": ros1_name,
+    "topic": absolute,
+    "service": absolute,
+    "node": absolute,
+    "name": lambda name: "/" if name == "/" else absolute(name),
+}
+"""Conversions of arguments, by name."""
+_PACKAGE = "tf2_web_republisher"
+"""Package of the republisher of frames."""
+_ARRAY, _PROGRESS = f"{_PACKAGE}/TFArray", f"{_PACKAGE}/TFSubscriptionActionFeedback"
+_GOAL, _CANCEL, _FEEDBACK = (f"/{_PACKAGE}/{name}" for name in ("goal", "cancel", "feedback"))
+_STATIC_TOPIC, _MOVING_TOPIC, _FRAMES_TYPE = "/tf_static", "/tf", "tf2_msgs/TFMessage"
+"""Topics of static and of moving frames, and their type."""
+_RATES = 0.1, 100.0
+"""Least and largest rate of messages for one page [Hz of wall time]."""
+_MOST_ASKED, _MOST_SOURCES, _MOST_FRAMES, _MAX_DEPTH = 64, 256, 10_000, 100
+"""Largest numbers of requests that are served, of which the oldest is dropped; of frames of each; of known frames; and
+of frames in each other."""
+_LEAST_TIMEOUT = 1.0
+"""Least wall time without a listener after which a request ends [s]."""
+_ACTIVE = 1
+"""Status ACTIVE of actionlib_msgs/GoalStatus."""
 
 
 def _typedefs(type_name: str) -> list[dict[str, object]]:
@@ -54,7 +81,7 @@ def _typedefs(type_name: str) -> list[dict[str, object]]:
         name = waiting.pop(0)
         if name in definitions:
             continue
-        definitions[name] = {"type": name} | (_MOMENTS if name in {MOMENT, SPAN} else _typedef(name))
+        definitions[name] = {"type": name} | (_TIME_DETAILS if name in {MOMENT, SPAN} else _typedef(name))
         if name not in {MOMENT, SPAN}:
             waiting += [one.type for one in fields(name).values() if "/" in one.type or one.type in {MOMENT, SPAN}]
     return list(definitions.values())
@@ -73,9 +100,6 @@ def _typedef(name: str) -> dict[str, object]:
         "constvalues": [str(value) for _, _, value in constants],
     }
 
-
-_ACTION = frozenset({"cancel", "feedback", "goal", "result", "status"})
-"""Topics of an action."""
 
 _Values = dict[str, Any]
 
@@ -182,7 +206,7 @@ class Rosapi:
         for name in self._graph.topics():
             space, _, last = name.rpartition("/")
             parts.setdefault(space, set()).add(last)
-        return {"action_servers": [space for space, names in parts.items() if names >= _ACTION]}
+        return {"action_servers": [space for space, names in parts.items() if names >= _ACTION_TOPICS]}
 
     def _on_get_time(self) -> _Values:
         now = stamp(self._graph.time)
@@ -261,35 +285,11 @@ def _result(answer: Coroutine[object, None, _Values]) -> _Values:
     raise AssertionError("it waits for something")
 
 
-_CONVERSIONS: Mapping[str, Callable[[str], str]] = {
-    "type": ros1_name,
-    "topic": absolute,
-    "service": absolute,
-    "node": absolute,
-    "name": lambda name: "/" if name == "/" else absolute(name),
-}
-"""What becomes of an argument, by its name."""
-
-
 def _argument(asked: object, name: str, default: object) -> str:
     value = asked.get(name, default) if isinstance(asked, Mapping) else default
     if not isinstance(value, str):
         raise CommandError(f"{name} is missing, or not a string: the request is {{'{name}': '...'}}")
     return _CONVERSIONS.get(name, str)(value)
-
-
-_PACKAGE = "tf2_web_republisher"
-_ARRAY, _PROGRESS = f"{_PACKAGE}/TFArray", f"{_PACKAGE}/TFSubscriptionActionFeedback"
-_GOAL, _CANCEL, _FEEDBACK = (f"/{_PACKAGE}/{name}" for name in ("goal", "cancel", "feedback"))
-_STILL, _MOVING, _FRAMES = "/tf_static", "/tf", "tf2_msgs/TFMessage"
-_RATES = 0.1, 100.0
-"""Messages per second of wall time for one page, from and to [Hz]."""
-_MOST_ASKED, _MOST_SOURCES, _MOST_FRAMES, _DEEPEST = 64, 256, 10_000, 100
-"""Requests that are served, the oldest of which goes; frames that each has; frames that are known; in each other."""
-_LEAST_TIMEOUT = 1.0
-"""Wall time for which nobody may listen before a request ends [s]."""
-_ACTIVE = 1
-"""Status ACTIVE of actionlib_msgs/GoalStatus."""
 
 
 @dataclass
@@ -336,7 +336,7 @@ class Republisher(Wire):
 
     def deliver(self, name: str, type_name: str, message: Message) -> None:
         """Take frames, goals, and the end of goals."""
-        if name in {_MOVING, _STILL} and self._asked:
+        if name in {_MOVING_TOPIC, _STATIC_TOPIC} and self._asked:
             for one in message.transforms:
                 self._keep(one.header.frame_id.lstrip("/"), one.child_frame_id.lstrip("/"), one.transform)
         elif name == _CANCEL:
@@ -370,12 +370,12 @@ class Republisher(Wire):
         self._asked[key] = asked
         if asked.topic != _FEEDBACK:
             self._graph.register("publisher", asked.topic, self._graph.node, _ARRAY)
-        if not {_MOVING, _STILL} <= self.listened:
-            self.listened |= {_MOVING, _STILL}
-            for name in (_STILL, _MOVING):
-                self._graph.register("subscriber", name, self._graph.node, _FRAMES)
+        if not {_MOVING_TOPIC, _STATIC_TOPIC} <= self.listened:
+            self.listened |= {_MOVING_TOPIC, _STATIC_TOPIC}
+            for name in (_STATIC_TOPIC, _MOVING_TOPIC):
+                self._graph.register("subscriber", name, self._graph.node, _FRAMES_TYPE)
                 for message in self._graph.latched_messages(name):
-                    self.deliver(name, _FRAMES, message)
+                    self.deliver(name, _FRAMES_TYPE, message)
         asked.heard = asyncio.get_running_loop().time()
         self._send(key, asked)
 
@@ -400,9 +400,9 @@ class Republisher(Wire):
         if asked is not None and asked.topic != _FEEDBACK:
             self._graph.unregister("publisher", asked.topic, self._graph.node)
         if not self._asked:
-            self.listened -= {_MOVING, _STILL}
+            self.listened -= {_MOVING_TOPIC, _STATIC_TOPIC}
             self._frames.clear()
-            for name in (_MOVING, _STILL):
+            for name in (_MOVING_TOPIC, _STATIC_TOPIC):
                 self._graph.unregister("subscriber", name, self._graph.node)
 
     def _transforms_of_moved(self, asked: _Asked) -> list[Message]:
@@ -431,7 +431,7 @@ class Republisher(Wire):
     def _in_root(self, frame: str) -> tuple[str, FloatArray, FloatArray]:
         """The root of a frame's tree, position and quaternion in that; an empty name for a loop."""
         place, turn = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
-        for _ in range(_DEEPEST):
+        for _ in range(_MAX_DEPTH):
             if frame not in self._frames:
                 return frame, place, turn
             frame, at, by = self._frames[frame]

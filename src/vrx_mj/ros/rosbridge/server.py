@@ -42,8 +42,33 @@ from vrx_mj.ros.rosbridge.nodes import Republisher, Rosapi
 from vrx_mj.ros.rosbridge.topics import Offered, Services, Subscription, Topics, Written, node_name, respond
 
 MOST_CONNECTIONS = 512
+"""Largest number of clients."""
 _MOST_FRAGMENTS = 1 << 25
-"""Characters of all clients' fragments that wait for the rest of their messages, at most."""
+"""Largest size of all clients' fragments that wait for the rest of their messages [characters]."""
+_FRAGMENT_OVERHEAD = 100
+"""Size that a fragment counts for in addition to its own [characters]."""
+CLIENTS_SHARE = 0.5
+"""Share of the time that messages of all clients may take in the long run."""
+CLIENT_BURST = 0.2
+"""Time that the messages of one client may take at once [s]."""
+MOST_ANSWERS, MOST_MESSAGES = 2000, 1000
+"""Largest numbers of answers and of messages that wait for a client; one with more unread answers is disconnected."""
+_LEVELS = ("none", "error", "warning", "info")
+"""Levels of status messages."""
+_MAX_DEPTH = 2
+"""Largest depth of operations within operations: a PNG in fragments."""
+MOST_HELD = 4096
+"""Largest number of topics, services and calls of one client."""
+PIECE = 1 << 17
+"""Bytes of a frame that are sent at once."""
+_HANDSHAKE_TIMEOUT = 10.0
+"""Longest wall time of a handshake [s]."""
+_ALIVE_TIMEOUT = 60.0
+"""Wall time after which a client that does not answer is disconnected [s]."""
+_CLOSE_TIMEOUT = 1.0
+"""Longest wall time of closing [s]."""
+_OPEN_TIMEOUT = 10.0
+"""Longest wall time of opening [s]."""
 
 
 class Hub:
@@ -73,10 +98,6 @@ class Hub:
         self._notices.write("WARN", kind, peer, f"rosbridge: {peer}: {text}")
 
 
-_OVERHEAD = 100
-"""Characters that a fragment counts for besides its own."""
-
-
 class Fragments:
     """A client's messages that are not whole yet. `intake` bounds those of all clients together."""
 
@@ -96,7 +117,7 @@ class Fragments:
         number = _whole(message, "num", 0, total - 1)
         pieces = self._open.setdefault(identity, {})
         before = pieces.get(number)
-        self._size += len(data) + _OVERHEAD - (0 if before is None else len(before) + _OVERHEAD)
+        self._size += len(data) + _FRAGMENT_OVERHEAD - (0 if before is None else len(before) + _FRAGMENT_OVERHEAD)
         pieces[number] = data
         if self._size > MOST_INCOMING:
             self.end()
@@ -115,7 +136,7 @@ class Fragments:
         self._intake.hold(self._place, 0)
 
     def _forget(self, identity: str) -> None:
-        self._size -= sum(len(data) + _OVERHEAD for data in self._open.pop(identity).values())
+        self._size -= sum(len(data) + _FRAGMENT_OVERHEAD for data in self._open.pop(identity).values())
         self._intake.hold(self._place, self._size)
 
 
@@ -136,23 +157,6 @@ class Advertised:
     """Whether it was reported that nothing subscribes to it."""
     kept: int = 0
     """Characters of the message that is kept."""
-
-
-CLIENTS_SHARE = 0.5
-"""Share of the time that messages of all clients may take in the long run."""
-CLIENT_BURST = 0.2
-"""What those of one may take at once [s]."""
-MOST_ANSWERS, MOST_MESSAGES = 2000, 1000
-"""Answers and messages that may wait for a client; one that leaves more answers unread is disconnected."""
-_LEVELS = ("none", "error", "warning", "info")
-_DEEPEST = 2
-"""Operations within operations: a PNG in fragments."""
-MOST_HELD = 4096
-"""Topics, services and calls of one client, at most."""
-
-
-PIECE = 1 << 17
-"""Bytes of a frame that are sent at once."""
 
 
 class Client:
@@ -280,8 +284,8 @@ class Client:
     def _handle(self, message: Operation, depth: int) -> None:
         kind = message["op"]
         if kind in {"fragment", "png"}:
-            if depth >= _DEEPEST:
-                raise CommandError(f"{kind}: nested operations are more than {_DEEPEST} deep")
+            if depth >= _MAX_DEPTH:
+                raise CommandError(f"{kind}: nested operations are more than {_MAX_DEPTH} deep")
             inner = self._fragments.add(message) if kind == "fragment" else from_png(_data(message), MOST_INCOMING)
             if inner is not None:
                 self._handle(operation(inner), depth + 1)
@@ -421,12 +425,6 @@ def _data(message: Operation) -> str:
     return data
 
 
-_HANDSHAKE = 10.0
-"""Wall time for a handshake [s]."""
-_ALIVE = 60.0
-"""Wall time after which who does not answer is gone [s]."""
-_CLOSING = 1.0
-_OPENING = 10.0
 _websockets_logger = logging.getLogger(f"{__name__}.websockets")
 _websockets_logger.setLevel(logging.CRITICAL)  # it would print a traceback for each peer that speaks something else
 
@@ -488,7 +486,7 @@ class Rosbridge:
         """Open it; returns where it is. NetworkError: it cannot be opened, and why."""
         messages.typestore()  # it takes a while, which the first client should not wait
         try:
-            self._network.call(self._open(), _OPENING)
+            self._network.call(self._open(), _OPEN_TIMEOUT)
         except (OSError, TimeoutError) as error:
             raise NetworkError(refusal("rosbridge", self.host, self.port, error)) from error
         shown = f"[{self.host}]" if ":" in self.host else self.host
@@ -504,7 +502,7 @@ class Rosbridge:
         """Withdraw all, close every connection, and wait until that is done."""
         if not self._network.loop.is_closed():
             with contextlib.suppress(TimeoutError):
-                self._network.call(self._close(), 2.0 * _CLOSING)
+                self._network.call(self._close(), 2.0 * _CLOSE_TIMEOUT)
 
     async def _open(self) -> None:
         self._server = await serve(
@@ -515,10 +513,10 @@ class Rosbridge:
             compression=None,
             max_size=MOST_INCOMING,
             max_queue=2,
-            open_timeout=_HANDSHAKE,
-            ping_interval=_ALIVE / 2.0,
-            ping_timeout=_ALIVE,
-            close_timeout=_CLOSING / 2.0,
+            open_timeout=_HANDSHAKE_TIMEOUT,
+            ping_interval=_ALIVE_TIMEOUT / 2.0,
+            ping_timeout=_ALIVE_TIMEOUT,
+            close_timeout=_CLOSE_TIMEOUT / 2.0,
             logger=_websockets_logger,
             create_connection=functools.partial(Socket, self._hub.connections),  # type: ignore[arg-type]  # it makes one
         )
@@ -556,7 +554,7 @@ class Rosbridge:
             return
         self._server.close()
         try:
-            await asyncio.wait_for(self._server.wait_closed(), _CLOSING)
+            await asyncio.wait_for(self._server.wait_closed(), _CLOSE_TIMEOUT)
         except TimeoutError:
             for client in self._hub.clients.values():
                 client.abort()

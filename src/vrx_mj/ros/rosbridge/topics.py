@@ -18,6 +18,12 @@ from vrx_mj.ros.rosbridge.codec import Options, Parcel, message_of, plain, reque
 
 Written = tuple[Callable[[], Iterable[Frame]], bool]
 """What a client gets: what makes its frames when they can be sent, and whether they are binary."""
+_NODE_PREFIX = "/rosbridge/client_"
+"""Prefix of the names of clients as nodes."""
+_LONGEST_CALL = 600.0
+"""Wall time after which a call has failed, unless it gives another, and longest time that it may give [s]."""
+_MOST_ELSEWHERE = 64
+"""Largest number of simultaneous calls of services of other processes: each has a connection."""
 
 
 class Subscription:
@@ -104,12 +110,9 @@ class Subscription:
         self._waiting = deque(self._waiting, maxlen=self._options.queue)
 
 
-_NODES = "/rosbridge/client_"
-
-
 def node_name(number: int) -> str:
     """The node that a client is to the others."""
-    return f"{_NODES}{number}"
+    return f"{_NODE_PREFIX}{number}"
 
 
 class Topics(Wire):
@@ -169,10 +172,6 @@ class Topics(Wire):
             raise CommandError(f"topic {name} is a {known}, not a {type_name}")
 
 
-_LONGEST_CALL = 600.0
-"""Wall time after which a call has failed, unless it gives another time, and at most [s]."""
-_MOST_ELSEWHERE = 64
-"""Calls of services of other processes at one time, at most: each has a connection."""
 _Answer = TypeVar("_Answer")
 
 

@@ -26,11 +26,12 @@ from vrx_mj.ros.table.world import (
 
 __all__ = ["CLOCK", "make_tables"]
 
-NONE: Mapping[str, Localization] = MappingProxyType({})
+NO_LOCALIZATION: Mapping[str, Localization] = MappingProxyType({})
+"""Localization of no boat."""
 
 
 def make_tables(
-    host: Host, *, clock_rate: float, waits: bool = False, localized: Mapping[str, Localization] = NONE
+    host: Host, *, clock_rate: float, waits: bool = False, localized: Mapping[str, Localization] = NO_LOCALIZATION
 ) -> Mapping[Dialect, RosInterface]:
     """The tables of a simulation with the boats that it has now; `/clock` is published at a rate [Hz].
 

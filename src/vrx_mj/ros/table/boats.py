@@ -28,11 +28,34 @@ from vrx_mj.ros.table.viewers import with_meshes_inside
 from vrx_mj.runtime.hull import Propeller
 from vrx_mj.runtime.observation import Observation
 
-_ORDERED = ("name", "robot", "arguments", "thrusters", "components", "sensors", "pose")
-"""What of a boat's entry its URDF depends on."""
+_URDF_FIELDS = ("name", "robot", "arguments", "thrusters", "components", "sensors", "pose")
+"""Fields of a boat's entry that its URDF depends on."""
 _ANGLE = "_angle"
+"""Suffix of the command of an engine's angle."""
 _SIDES = (("left", "right"), ("left_rear", "right_rear"))
 """Engines that VRX's twist2thrust drives: of layouts H and T, and of X."""
+WORLD_FRAME = "map"
+"""Name of the world's frame."""
+BASE = "base_link"
+"""Name of the frame of a boat's root link, whatever the link's own name."""
+_FIXED = "fixed"
+"""Type of fixed joints."""
+_JOINT_RATE = 100.0
+"""Rate of the states of joints [Hz]: VRX's."""
+_FRAME_RATE = 50.0
+"""Rate of frames [Hz]: VRX 3's."""
+_SAME_PLACE = 1e-6
+"""Distance within which two places are one [m]."""
+_ODOMETRY = "nav_msgs/Odometry"
+"""Type of odometry."""
+_UNTURNED = np.eye(4)[0]
+"""Quaternion of no rotation."""
+_ODOMETRY_RATE = 30.0
+"""Rate of odometry [Hz]: robot_localization's."""
+_MAX_ALTITUDE = 1e5
+"""Largest altitude of a place in a request [m]."""
+_KNOWN, _AUGMENTED = 3, 2
+"""COVARIANCE_TYPE_KNOWN of sensor_msgs/NavSatFix, and STATUS_GBAS_FIX of NavSatStatus, as robot_localization's."""
 
 
 def boat_inputs(host: Host, boat: str) -> Iterator[Input]:
@@ -114,19 +137,13 @@ def description(world: World, boat: str) -> str:
     own = next(own for own in world.parameters.boats if own.name == boat)
     if own.description:
         return in_namespace(own.description, boat)
-    config = BoatConfig(**{key: getattr(own, key) for key in _ORDERED})
+    config = BoatConfig(**{key: getattr(own, key) for key in _URDF_FIELDS})
     return _urdf(boat, config.order)
 
 
 @lru_cache(maxsize=256)
 def _urdf(boat: str, order: Order) -> str:
     return boat_urdf(order, boat)
-
-
-WORLD_FRAME = "map"
-BASE = "base_link"
-"""What the frame of a boat's root link is called, whatever the link's own name."""
-_FIXED = "fixed"
 
 
 class BoatJoint(NamedTuple):
@@ -139,12 +156,12 @@ class BoatJoint(NamedTuple):
     """Frames."""
     position: FloatArray
     quaternion: FloatArray
-    """(3,) [m] and (w, x, y, z): the child in the parent, the joint at zero."""
+    """Position (3,) [m] and quaternion (w, x, y, z) of the child in the parent, the joint at zero."""
     axis: FloatArray
-    """(3,) unit vector about which it turns, or along which it slides, in the child's frame."""
+    """Unit vector about which it turns, or along which it slides, in the child's frame, (3,)."""
     moves: bool
     place: FloatArray
-    """(3,) of the child in the root's frame, all joints at zero [m]."""
+    """Place of the child in the root's frame, all joints at zero, (3,) [m]."""
 
 
 @lru_cache(maxsize=256)
@@ -179,23 +196,15 @@ def _joints_of_links(robot: Urdf, boat: str) -> Iterator[BoatJoint]:
         )
 
 
-_JOINT_RATE = 100.0
-"""[Hz], as VRX's."""
-_FRAME_RATE = 50.0
-"""[Hz], as VRX 3's."""
-_NEAR = 1e-6
-"""Places that are this near are one [m]."""
-
-
 class Spin(NamedTuple):
     """How a propeller turns."""
 
     angle: float = 0.0
-    """[rad], within +-pi."""
+    """Angle [rad], within +-pi."""
     rate: float = 0.0
-    """[rad/s]."""
+    """Rate [rad/s]."""
     torque: float = 0.0
-    """[N m]."""
+    """Torque [N m]."""
 
     def after(self, time: float, command: float) -> "Spin":
         """After some time [s] under a share of full power.
@@ -365,11 +374,11 @@ def _joints_of(row: Thruster, moving: Sequence[BoatJoint]) -> ThrusterJoints:
 
 
 def _at(place: FloatArray, moving: Sequence[BoatJoint]) -> BoatJoint | None:
-    return next((joint for joint in moving if np.abs(joint.place - place).max() < _NEAR), None)
+    return next((joint for joint in moving if np.abs(joint.place - place).max() < _SAME_PLACE), None)
 
 
 def _propeller(row: Thruster) -> FloatArray:
-    """(3,): where a thruster pushes at zero steering [m], in the boat's frame."""
+    """Place where a thruster pushes at zero steering, (3,) [m], in the boat's frame."""
     hinge, turn, propeller = (np.array(part, np.float64) for part in (row.position, row.rotation, row.propeller))
     return hinge + turn @ propeller
 
@@ -410,14 +419,6 @@ def transform(
 
 Source = Literal["truth", "navigator"]
 """What a boat is localized by: as it is, or its GPS and inertial unit."""
-_ODOMETRY = "nav_msgs/Odometry"
-_UNTURNED = np.eye(4)[0]
-_RATE = 30.0
-"""[Hz], as robot_localization's."""
-_HIGHEST = 1e5
-"""Altitude of a place that is asked about [m]."""
-_KNOWN, _AUGMENTED = 3, 2
-"""COVARIANCE_TYPE_KNOWN of sensor_msgs/NavSatFix, and STATUS_GBAS_FIX of NavSatStatus, as robot_localization's."""
 
 
 class Localization:
@@ -461,7 +462,7 @@ class Localization:
 
     def outputs(self) -> Iterator[Output]:
         """Where it is, by all and by the fix alone, and the first as a fix."""
-        output = partial(Output, rate=_RATE, dialects=BOTH, recorded="nowhere")
+        output = partial(Output, rate=_ODOMETRY_RATE, dialects=BOTH, recorded="nowhere")
         yield output(f"{self._stem}/odometry/filtered", _ODOMETRY, self._filtered_odometry)
         if self._earth is not None:
             yield output(f"{self._stem}/odometry/gps", _ODOMETRY, self._by_gps)
@@ -539,11 +540,11 @@ class Localization:
             self._host.warn_once(f"datum of {self._boat}", f"{what}: everything in that frame jumps")
 
     def _place(self, point: Message) -> FloatArray:
-        """(3,) of a geographic_msgs/GeoPoint in `map` [m]."""
+        """Place of a geographic_msgs/GeoPoint in `map`, (3,) [m]."""
         latitude, longitude = point.latitude, point.longitude
         altitude = None if math.isnan(point.altitude) else point.altitude  # geographic_msgs: it is not specified
-        if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0 and abs(altitude or 0.0) <= _HIGHEST):
-            allowed = f"latitudes to 90 degrees, longitudes to 180 degrees, altitudes to {_HIGHEST:g} m"
+        if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0 and abs(altitude or 0.0) <= _MAX_ALTITUDE):
+            allowed = f"latitudes to 90 degrees, longitudes to 180 degrees, altitudes to {_MAX_ALTITUDE:g} m"
             raise CommandError(f"invalid place {latitude}, {longitude}, {altitude}; allowed: {allowed}, either way")
         assert self._earth is not None, "services are offered where there is one"
         return np.array(self._earth.to_enu(latitude, longitude, altitude))

@@ -18,11 +18,11 @@ from vrx_mj.ros.table.host import Host, JointAxis, Placed, header, pose_message,
 from vrx_mj.runtime.applied import AppliedForce
 
 _STATE_RATE = 100.0
-"""[Hz]; Gazebo's is that of its physics, at most 1000."""
+"""Rate of states [Hz]; Gazebo's is that of its physics, at most 1000."""
 _REVOLUTE, _CONTINUOUS, _PRISMATIC, _BALL, _UNIVERSAL = 0, 1, 2, 4, 5
 """Types of joints: constants of gazebo_msgs/GetJointProperties."""
 _METRICS_RATE = 5.0
-"""[Hz], as Gazebo's."""
+"""Rate of metrics [Hz]: Gazebo's."""
 
 
 def gazebo_outputs(host: Host) -> Iterator[Output]:

@@ -18,23 +18,31 @@ from vrx_mj.runtime.applied import AppliedForces
 from vrx_mj.runtime.observation import BoatObservation, Observation
 from vrx_mj.runtime.simulation import Simulation
 
-_AXES = frozenset({"axis", "axis2", "ball"})
-"""What the names of MuJoCo's joints of an object have after that of the joint."""
+_JOINT_SUFFIXES = frozenset({"axis", "axis2", "ball"})
+"""Suffixes of the names of MuJoCo's joints of an object."""
 _WORLD_FRAMES = frozenset({"", "world", "map", "/map"})
-"""What Gazebo takes for the world's frame."""
+"""Names that Gazebo takes for the world's frame."""
+_CARRIER = "carrier/"
+"""Prefix of the name of a body that holds a boat for its task: as in Gazebo, it is no link."""
+_NO_VELOCITY = (0.0,) * 6
+"""Velocity at rest."""
+_MIN_MOVE = 1e-9
+"""A body moved by less than this [m] is left alone: a sleeping one goes on sleeping."""
+_START_STEP = 10.0
+"""Coordinates of the frame `start` are multiples of this [m]."""
 
 
 class Placed(NamedTuple):
     """Where a body's frame is and how it moves, in the world's axes."""
 
     position: FloatArray
-    """(3,) [m]."""
+    """Position, (3,) [m]."""
     quaternion: FloatArray
-    """(4,): (w, x, y, z), body to world."""
+    """Quaternion (w, x, y, z), body to world."""
     velocity: FloatArray
-    """(3,) of the frame's origin [m/s]."""
+    """Velocity of the frame's origin, (3,) [m/s]."""
     spin: FloatArray
-    """(3,) angular velocity [rad/s]."""
+    """Angular velocity, (3,) [rad/s]."""
 
 
 class JointAxis(NamedTuple):
@@ -45,15 +53,11 @@ class JointAxis(NamedTuple):
     limited: bool
     """Whether it has limits."""
     position: float
-    """[rad], of a slide [m]."""
+    """Position [rad], of a slide [m]."""
     rate: float
-    """[rad/s], of a slide [m/s]."""
+    """Rate [rad/s], of a slide [m/s]."""
     damping: float
-    """[N m s/rad], of a slide [N s/m]."""
-
-
-_CARRIER = "carrier/"
-"""How the name of a body begins that holds a boat for its task: it is no link, as in Gazebo."""
+    """Damping [N m s/rad], of a slide [N s/m]."""
 
 
 class Bodies:
@@ -205,11 +209,6 @@ class Bodies:
         mujoco.mj_comVel(model, data)
 
 
-_STILL = (0.0,) * 6
-_CLOSE = 1e-9
-"""A body that moved less [m] is left alone: one that sleeps goes on sleeping."""
-
-
 class InitialPoses:
     """Poses by name, each from when its body was first seen."""
 
@@ -233,11 +232,11 @@ class InitialPoses:
         held = {task["boat"]} if task is not None and task["state"] == "initial" else set()
         for name, pose in self._boats.items():
             if name not in held:
-                self._sim.set_boat(name, pose=pose.tolist(), velocity=_STILL)
+                self._sim.set_boat(name, pose=pose.tolist(), velocity=_NO_VELOCITY)
         for name, pose in self._objects.items():
             now = self._object(name)
-            if now is not None and np.abs(now - pose).max() > _CLOSE:
-                self._sim.set_object(name, pose=pose.tolist(), velocity=_STILL)
+            if now is not None and np.abs(now - pose).max() > _MIN_MOVE:
+                self._sim.set_object(name, pose=pose.tolist(), velocity=_NO_VELOCITY)
 
     def _object(self, name: str) -> FloatArray | None:
         try:
@@ -253,7 +252,7 @@ def _pose(seen: BoatObservation) -> FloatArray:
 def _joint_name(name: str, boats: Collection[str]) -> str:
     """Gazebo's name of a joint: `raft::hinge` for its axis `raft/hinge/axis` in the MJCF."""
     whole, _, last = name.rpartition("/")
-    return _link_name(whole if last in _AXES else name, boats)
+    return _link_name(whole if last in _JOINT_SUFFIXES else name, boats)
 
 
 def _gazebo(name: str) -> str:
@@ -311,17 +310,13 @@ def header(time: float, frame: str = "") -> Message:
     return new("std_msgs/Header", stamp=stamp(time), frame_id=frame)
 
 
-_ROUND = 10.0
-"""Coordinates of the frame `start` are multiples of this [m]."""
-
-
 class Scenery:
     """What viewers have been shown of a world, kept while boats, objects and docks come and go."""
 
     def __init__(self, first: Parameters, boats: Collection[str] = ()) -> None:
         """Begin in a world; `boats`: those that are known already, in the order in which they came."""
         places = [(*boat.pose[:2], 0.0) for boat in first.boats] or [(0.0, 0.0, 0.0)]
-        self.start: FloatArray = _ROUND * np.round(np.mean(places, axis=0) / _ROUND)
+        self.start: FloatArray = _START_STEP * np.round(np.mean(places, axis=0) / _START_STEP)
         """Position (3,) of the frame `start` in `map` [m]: amid the boats that there were at first."""
         self.markers: tuple[Sequence[str], Message] | None = None
         """Names of the objects and docks that were drawn, and what of them."""

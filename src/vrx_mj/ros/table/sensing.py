@@ -36,11 +36,12 @@ _DATATYPES = {"float32": 7, "uint16": 4}
 _KNOWN_DIAGONAL = 2
 """COVARIANCE_TYPE_DIAGONAL_KNOWN of sensor_msgs/NavSatFix."""
 _SCAN, _VECTOR = "sensor_msgs/LaserScan", "geometry_msgs/Vector3Stamped"
+"""Types of scans and of vectors."""
 _UNKNOWN_VARIANCE, _NOT_MEASURED = 1000.0, -1.0
 """Variance [rad2, rad2/s2] of an angle that is not measured, as u-blox's driver has it; element 0 of a covariance of
 sensor_msgs/Imu that says that there is no such measurement."""
 _MARKER_PERIOD = 10.0
-"""Between two markers of where a beacon really is [s]."""
+"""Time between two markers of a beacon's true position [s]."""
 
 _POINT = np.dtype(
     {
@@ -50,7 +51,7 @@ _POINT = np.dtype(
         "itemsize": 18,
     }
 )
-"""velodyne's layout."""
+"""Layout of a point: that of velodyne's driver."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +102,7 @@ def sensor_outputs(host: Host, boat: str) -> Iterator[Output]:
         if config.type == "gps" and host.sim.world.parameters.georeference is None:
             continue
         for topic in topics.of(config):
-            make = topic.make or partial(_measured, topic.type)
+            make = topic.make or partial(_message_of, topic.type)
             output = Output(stems.vrx + topic.tail, topic.type, make, config.rate, (boat, sensor.name))
             tails = (topic.tail,) if topic.vrx3 is None else topic.vrx3
             yield from with_vrx3(output, *(stems.vrx3 + tail for tail in tails))
@@ -148,7 +149,7 @@ def _head(reading: Reading) -> Message:
     return header(reading.time, reading.frame)
 
 
-def _measured(type_name: str, reading: Reading, **others: object) -> Message:
+def _message_of(type_name: str, reading: Reading, **others: object) -> Message:
     """A message with a header, the fields that are called as in the reading's data, and others."""
     same = {name: getattr(reading.data, name) for name in fields(type_name) if hasattr(reading.data, name)}
     return new(type_name, header=_head(reading), **same, **others)
@@ -216,10 +217,10 @@ def _frames_and_infos(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Out
         (f"{stems.vrx3}/optical/camera_info", sensor.frame, VRX3),
     ):
 
-        def made(reading: Reading | None = None, frame: str = frame) -> Message:
+        def camera_info(reading: Reading | None = None, frame: str = frame) -> Message:
             return make(host.sim.time if reading is None else reading.time, frame)
 
-        yield Output(name, "sensor_msgs/CameraInfo", made, rate, key, made, dialects=dialects)
+        yield Output(name, "sensor_msgs/CameraInfo", camera_info, rate, key, camera_info, dialects=dialects)
 
 
 def _points(reading: Reading) -> Message:
@@ -250,7 +251,7 @@ def _middle_ring(_host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]
     config, key = sensor.config, (sensor.boat, sensor.name)
 
     def make(reading: Reading) -> Message:
-        return _measured(_SCAN, replace(reading, data=middle_ring(reading.data, config)))
+        return _message_of(_SCAN, replace(reading, data=middle_ring(reading.data, config)))
 
     if config.output == "points":
         yield Output(f"{stems.vrx3}/scan", _SCAN, make, config.rate, key, dialects=VRX3)
@@ -269,7 +270,7 @@ def middle_ring(cloud: PointCloud, config: LidarConfig) -> Scan:
 
 
 def _fix(reading: Reading) -> Message:
-    return _measured("sensor_msgs/NavSatFix", reading, position_covariance_type=_KNOWN_DIAGONAL)
+    return _message_of("sensor_msgs/NavSatFix", reading, position_covariance_type=_KNOWN_DIAGONAL)
 
 
 def _apparent_wind(reading: Reading) -> Message:
@@ -297,7 +298,7 @@ def _compass(reading: Reading) -> Message:
 def _range(reading: Reading) -> Message:
     """sensor_msgs/Range, whose `radiation_type` 0 is ultrasound."""
     echo: Echo = reading.data
-    return _measured("sensor_msgs/Range", reading, min_range=echo.range_min, max_range=echo.range_max)
+    return _message_of("sensor_msgs/Range", reading, min_range=echo.range_min, max_range=echo.range_max)
 
 
 def _odometries(_host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]:

@@ -24,6 +24,7 @@ from vrx_mj.ros.table.host import Host, header
 from vrx_mj.sensors.displays import displays_of
 
 MARKERS, START = "/vrx_mj/markers", "start"
+"""Topic of markers, and the frame at the start of the boats."""
 CUBE, SPHERE, CYLINDER, TRIANGLES, DELETE_ALL = 1, 2, 3, 11, 3
 """Types of visualization_msgs/Marker, and an action."""
 _SHAPES: Mapping[int, int] = {
@@ -34,7 +35,18 @@ _SHAPES: Mapping[int, int] = {
     mujoco.mjtGeom.mjGEOM_CAPSULE: CYLINDER,
     mujoco.mjtGeom.mjGEOM_MESH: TRIANGLES,
 }
+"""Types of markers, by type of geom."""
 _FILE = re.compile(r'"file://(/[^"<]*)"')
+"""A path to a file in a URDF."""
+_CAMERA = {"perspective": True, "distance": 55.0, "phi": 62.0, "thetaOffset": 25.0, "fovy": 45.0, "near": 0.5,
+          "far": 5000.0, "target": [0, 0, 0], "targetOffset": [0, 0, 0], "targetOrientation": [0, 0, 0, 1]}  # fmt: skip
+"""Camera of the 3D panel: 55 m from the frame `start`, north up."""
+_SEA = {"layerId": "foxglove.Grid", "instanceId": "sea", "label": "sea level", "frameId": START, "visible": True,
+       "size": 400, "divisions": 40, "lineWidth": 1, "color": "#3a7ca566", "position": [0, 0, 0],
+       "rotation": [0, 0, 0]}  # fmt: skip
+"""Layer of the 3D panel that shows the sea's level."""
+_BOAT = {"layerId": "foxglove.Urdf", "sourceType": "topic", "visible": True, "displayMode": "auto"}
+"""Layer of the 3D panel that shows a boat."""
 
 
 def marker_output(host: Host) -> Output:
@@ -115,15 +127,6 @@ def _embedded_mesh(file: Path) -> tuple[str, str]:
     """The name of a mesh among the assets of a world, and its URL."""
     url = f"data:model/gltf-binary;base64,{base64.b64encode(mesh_glb(file)).decode()}"
     return mesh_of_file(file).file, url
-
-
-_CAMERA = {"perspective": True, "distance": 55.0, "phi": 62.0, "thetaOffset": 25.0, "fovy": 45.0, "near": 0.5,
-          "far": 5000.0, "target": [0, 0, 0], "targetOffset": [0, 0, 0], "targetOrientation": [0, 0, 0, 1]}  # fmt: skip
-"""Camera of the 3D panel: 55 m from the frame `start`, north up."""
-_SEA = {"layerId": "foxglove.Grid", "instanceId": "sea", "label": "sea level", "frameId": START, "visible": True,
-       "size": 400, "divisions": 40, "lineWidth": 1, "color": "#3a7ca566", "position": [0, 0, 0],
-       "rotation": [0, 0, 0]}  # fmt: skip
-_BOAT = {"layerId": "foxglove.Urdf", "sourceType": "topic", "visible": True, "displayMode": "auto"}
 
 
 def layout_text(types: Mapping[str, str]) -> str:

@@ -25,8 +25,31 @@ from vrx_mj.ros.table.viewers import START
 from vrx_mj.tasks import TASK_KINDS, Form
 
 _WORLD = "/vrx_mj/world"
+"""Topic of the world's description."""
 _Row = dict[str, Any]
 _Place = tuple[float, float, float]
+CLOCK = "/clock"
+"""Topic of the clock."""
+_TF_RATE = 50.0
+"""Rate of frames [Hz]: robot_state_publisher's."""
+_WIND_RATE = 10.0
+"""Rate of the wind [Hz]."""
+_CONTACT_RATE = 10.0
+"""Rate of contacts [Hz]."""
+_COLLISION = 5
+"""Type COLLISION of ros_gz_interfaces/Entity."""
+_TASK_RATE = 1.0
+"""Rate of a task's info and numbers [Hz]."""
+_ANIMAL_RATE = 1.0
+"""Rate of animals' poses [Hz]: VRX 3's default."""
+_COLOR_COUNT = 3
+"""Number of colours of a sequence."""
+TASK_INFO = "/vrx/task/info"
+"""Topic of the task's info."""
+_COLOR_SEQUENCE = "/vrx/scan_dock_deliver/color_sequence"
+"""Topic of the reported colours."""
+_INFO_TYPE = "vrx_gazebo/Task"
+"""Type of the task's info."""
 
 
 def chart_output(host: Host) -> Output:
@@ -75,15 +98,6 @@ def _ground(host: Host) -> _Row:
             ],
         }
     return {"cmd_vel": host.cmd_vel, **host.scenery.ground}
-
-
-CLOCK = "/clock"
-_TF_RATE = 50.0
-"""[Hz], as robot_state_publisher's."""
-_WIND_RATE = 10.0
-_CONTACT_RATE = 10.0
-_COLLISION = 5
-"""A kind of ros_gz_interfaces/Entity."""
 
 
 def world_outputs(host: Host, boat_frames: Sequence[BoatFrames], clock_rate: float, *, waits: bool) -> Iterator[Output]:
@@ -170,24 +184,13 @@ def world_services(host: Host) -> Iterator[Service]:
     yield Service("/vrx_mj/step", "vrx_mj_msgs/Step", step)
 
 
-_RATE = 1.0
-"""Rate of a task's info and numbers [Hz]."""
-
-_ANIMAL_RATE = 1.0
-"""[Hz], VRX 3's default."""
-_COLORS = 3
-TASK_INFO = "/vrx/task/info"
-_COLOR_SEQUENCE = "/vrx/scan_dock_deliver/color_sequence"
-_INFO = "vrx_gazebo/Task"
-
-
 def task_outputs(host: Host) -> Iterator[Output]:
     """Topics that the world's task publishes; nothing without a task."""
     task = host.sim.task
     if task is None:
         return
-    yield Output(TASK_INFO, _INFO, lambda: _info(_task(host)), _RATE)
-    yield Output(TASK_INFO, "ros_gz_interfaces/ParamVec", lambda: _info_parameters(host), _RATE, dialects=VRX3)
+    yield Output(TASK_INFO, _INFO_TYPE, lambda: _info(_task(host)), _TASK_RATE)
+    yield Output(TASK_INFO, "ros_gz_interfaces/ParamVec", lambda: _info_parameters(host), _TASK_RATE, dialects=VRX3)
     yield from _task_contacts(host, "/vrx")
     yield from _outputs(host, task["type"])
 
@@ -210,7 +213,7 @@ def _outputs(host: Host, kind: str) -> Iterator[Output]:
         if form is not None:
             form_type, convert = _FORMS[form]
             make = partial(_output, host, key, convert)
-            rate = _RATE if form in {"number", "numbers"} else 0.0
+            rate = _TASK_RATE if form in {"number", "numbers"} else 0.0
             output = Output(f"{stem}/{key}", form_type, make, rate, latched=not rate)
             yield from with_vrx3(output, f"{vrx3_stem}/{key}")
     yield from topics.outputs(host)
@@ -224,7 +227,7 @@ def _output(host: Host, key: str, convert: Callable[[Any, float], Message]) -> M
 def _rms_error(host: Host) -> Iterator[Output]:
     """The mean error by 2019's name."""
     make = partial(_output, host, "mean_pose_error", _FORMS["number"][1])
-    yield Output("/vrx/station_keeping/rms_error", "std_msgs/Float64", make, _RATE)
+    yield Output("/vrx/station_keeping/rms_error", "std_msgs/Float64", make, _TASK_RATE)
 
 
 def _animal_poses(host: Host) -> Iterator[Output]:
@@ -278,8 +281,8 @@ def _vrx3_color_sequence(host: Host) -> Iterator[Input]:
 
     def colors(message: Message) -> None:
         names = list(message.data)
-        if len(names) != _COLORS:
-            raise CommandError(f"{len(names)} colours: {_COLORS} are needed, as in ['red', 'green', 'blue']")
+        if len(names) != _COLOR_COUNT:
+            raise CommandError(f"{len(names)} colours: {_COLOR_COUNT} are needed, as in ['red', 'green', 'blue']")
         if not _sent_colors(host, names):
             raise CommandError("no sequence of colours is accepted now: only one, while the task runs")
 
@@ -309,8 +312,8 @@ def _gymkhana(host: Host) -> Iterator[Output]:
         return _info({**task, "name": "gymkhana_blackbox", "score": float(task.get("mean_pose_error", 0.0))})
 
     channel, box = "/vrx/gymkhana_channel", "/vrx/gymkhana_blackbox"
-    yield Output(f"{channel}/task/info", _INFO, lambda: _info(_task(host)["channel"]), _RATE)
-    yield Output(f"{box}/task/info", _INFO, blackbox, _RATE)
+    yield Output(f"{channel}/task/info", _INFO_TYPE, lambda: _info(_task(host)["channel"]), _TASK_RATE)
+    yield Output(f"{box}/task/info", _INFO_TYPE, blackbox, _TASK_RATE)
     yield from _task_contacts(host, channel)
     yield from _task_contacts(host, box)
 
@@ -321,13 +324,13 @@ def _task(host: Host) -> Mapping[str, Any]:
 
 def _info(task: Mapping[str, Any]) -> Message:
     times = {"ready_time": stamp, "running_time": stamp, "elapsed_time": duration, "remaining_time": duration}
-    values = {name: task[name] for name in fields(_INFO)}
-    return new(_INFO, **values | {name: make(task[name]) for name, make in times.items()})
+    values = {name: task[name] for name in fields(_INFO_TYPE)}
+    return new(_INFO_TYPE, **values | {name: make(task[name]) for name, make in times.items()})
 
 
 def _info_parameters(host: Host) -> Message:
     info = _info(_task(host))
-    values = {name: getattr(info, name) for name in fields(_INFO)}
+    values = {name: getattr(info, name) for name in fields(_INFO_TYPE)}
     times = {name: value.sec + 1e-9 * value.nanosec for name, value in values.items() if name.endswith("_time")}
     return parameters(header(host.sim.time), values | times)
 
@@ -370,7 +373,7 @@ _FORMS: Mapping[Form, tuple[str, Callable[[Any, float], Message]]] = {
         lambda places, ready: _path(ready, [_place(ready, "", place) for place in places]),
     ),
 }
-"""Type of message of each form of outputs, and what makes it of a value and the time at which the task is ready [s]."""
+"""Type of message of each form of outputs, and its conversion from a value and the time."""
 
 
 def _animals(host: Host) -> Message | None:

@@ -22,11 +22,37 @@ from vrx_mj.signals import ended_by_signals
 
 _Values = Mapping[str, Any]
 _MOST_INCOMING = 32 << 20
-"""Bytes of a message, at most: a world with a long shore takes some 100 kB."""
+"""Largest message [bytes]: a world with a long shore takes some 100 kB."""
 _MOST_WAITING = 64
-"""Calls whose answers are waited for, at most."""
-_OPENING = 5.0
-"""Wall time that a connection may take [s]."""
+"""Largest number of calls that wait for an answer."""
+_OPEN_TIMEOUT = 5.0
+"""Longest wall time of opening a connection [s]."""
+_WORLD = "/vrx_mj/world"
+"""Topic of the world's description."""
+_TWIST = "geometry_msgs/Twist"
+"""Type of velocity commands."""
+_COMMAND_TOPIC = re.compile(r"/(.+)/cmd_vel")
+"""Topic of a boat's velocity commands."""
+_SEEN_PERIOD = 0.2
+"""Wall time between two checks of where boats are [s]."""
+_ASKED_PERIOD = 1.0
+"""Wall time between two requests for the list of boats [s]."""
+_PAUSE_TIME = 0.6
+"""Wall time without `/clock` after which time counts as paused [s]."""
+_SETTLING_TIME = 1.0
+"""Wall time after which the clock shows a pause, or its end [s]."""
+_COMMAND_PERIOD = 0.1
+"""Wall time between two commands of a boat [s]: VRX forgets them after a second."""
+_KEY_PERIOD = 0.03
+"""Wall time between two checks of the keys [s]."""
+RETRY_PERIOD = 1.0
+"""Wall time between two attempts to connect again [s]."""
+GREETING_TIMEOUT = 5.0
+"""Wall time in which a world's chart must arrive [s]."""
+_REST = Wheel()
+"""Wheel at rest."""
+_TIME_HELP = ("time", "p: pause or resume; backspace: reset")
+"""Help about the keys of time."""
 
 
 class Bridge:
@@ -114,7 +140,7 @@ class Bridge:
 def _connection(url: str) -> ClientConnection:
     """A connection to a rosbridge."""
     try:
-        return connect(url, max_size=_MOST_INCOMING, compression=None, open_timeout=_OPENING, proxy=None)
+        return connect(url, max_size=_MOST_INCOMING, compression=None, open_timeout=_OPEN_TIMEOUT, proxy=None)
     except (InvalidURI, ValueError):
         raise NetworkError(
             f"invalid rosbridge address '{url}': ws://HOST:PORT is needed, as in ws://127.0.0.1:9090"
@@ -127,19 +153,6 @@ def _connection(url: str) -> ClientConnection:
     except WebSocketException as error:
         raise NetworkError(f"the server at {url} is not a rosbridge: {error}") from None
 
-
-_WORLD = "/vrx_mj/world"
-_TWIST = "geometry_msgs/Twist"
-_COMMANDED = re.compile(r"/(.+)/cmd_vel")
-"""Topics of boats: each takes one."""
-_SEEN_PERIOD = 0.2
-"""Wall time between two looks at where boats are [s]."""
-_ASKED_PERIOD = 1.0
-"""Wall time between two questions which boats there are [s]."""
-_STILL = 0.6
-"""Wall time without `/clock` after which time counts as paused [s]."""
-_SETTLES = 1.0
-"""Wall time after which the clock shows a pause, or its end [s]."""
 
 _Clock = Callable[[], float]
 
@@ -183,7 +196,7 @@ class Scene:
     def is_paused(self) -> bool:
         """Whether time is paused."""
         now = self._clock()
-        return self._meant if now - self._asked_pause < _SETTLES else now - self._ticked > _STILL
+        return self._meant if now - self._asked_pause < _SETTLING_TIME else now - self._ticked > _PAUSE_TIME
 
     def note_pause(self, *, paused: bool) -> None:
         """Time was stopped, or goes on: clocks from before may still be on their way."""
@@ -203,7 +216,7 @@ class Scene:
 
     def _count(self, answer: Any, well: bool) -> None:
         if well:
-            found = [_COMMANDED.fullmatch(topic) for topic in answer["topics"]]
+            found = [_COMMAND_TOPIC.fullmatch(topic) for topic in answer["topics"]]
             self.boats = tuple(sorted((match.group(1) for match in found if match), key=_by_number))
 
     def _world(self, message: _Values) -> None:
@@ -241,16 +254,6 @@ def _by_number(name: str) -> tuple[str, int]:
 
 
 _Say = Callable[[str], None]
-_PERIOD = 0.1
-"""Wall time between two commands of a boat [s]: VRX forgets them after a second."""
-_LOOK = 0.03
-"""Wall time between two looks at the keys [s]."""
-RETRY = 1.0
-"""Wall time between two tries to connect again [s]."""
-GREETING = 5.0
-"""Wall time in which a world's chart must come [s]."""
-_REST = Wheel()
-_TIME = ("time", "p: pause or resume; backspace: reset")
 
 
 def drive_served_world(url: str, *, boat: str | None = None) -> None:
@@ -272,7 +275,7 @@ def drive_served_world(url: str, *, boat: str | None = None) -> None:
             )
         driver = RosbridgeDriver(url, boat, say=terminal.write_line)
         try:
-            for name, text in (*(row for row in HELP if row[0] != _TIME[0]), _TIME):
+            for name, text in (*(row for row in HELP if row[0] != _TIME_HELP[0]), _TIME_HELP):
                 terminal.write_line(f"  {name:<10} {text}")
             terminal.write_line("Ctrl-C stops the boats that you drove and quits.")
             drive(driver, [terminal])
@@ -308,9 +311,9 @@ class RosbridgeDriver(Driver):
             return
         self._scene.follow()
         if self._pause.is_over(self._clock()):
-            self._pause.begin(self._clock(), _PERIOD)
+            self._pause.begin(self._clock(), _COMMAND_PERIOD)
             self._send()
-        is_open = self._bridge.listen(_LOOK)
+        is_open = self._bridge.listen(_KEY_PERIOD)
         self._meet()
         if not is_open:
             self._say(f"the connection to {self._url} is lost: trying again")
@@ -391,10 +394,10 @@ class RosbridgeDriver(Driver):
             self._say(f"{before} was removed; the keys drive {self.pilot.boat or 'no boat'} now")
 
     def _greet(self) -> None:
-        until = self._clock() + GREETING
+        until = self._clock() + GREETING_TIMEOUT
         while not self._scene.is_known:
             self._scene.follow()
-            self._bridge.listen(_LOOK)
+            self._bridge.listen(_KEY_PERIOD)
             if self._clock() > until or not self._bridge.is_open:
                 raise NetworkError(
                     f"the server at {self._url} is not `vrx-mj serve`: it has no {_WORLD} or no boats' topics"
@@ -402,10 +405,10 @@ class RosbridgeDriver(Driver):
 
     def _reconnect(self) -> None:
         """Try, if it is time; keys have to be pressed anew afterwards."""
-        time.sleep(_LOOK)
+        time.sleep(_KEY_PERIOD)
         if self._clock() < self._retry:
             return
-        self._retry = self._clock() + RETRY
+        self._retry = self._clock() + RETRY_PERIOD
         try:
             self._bridge = Bridge(self._url)
         except NetworkError:

@@ -15,6 +15,7 @@ from vrx_mj.errors import NetworkError
 from vrx_mj.ros.network import host_of, is_loopback, who_listens
 
 _LOOPBACK = "127.0.0.1"
+"""Address of this machine."""
 FILES = {
     "/": ("index.html", "text/html"),
     "/page.css": ("page.css", "text/css"),
@@ -24,13 +25,13 @@ FILES = {
     "/helm.js": ("helm.js", "text/javascript"),
     "/words.js": ("words.js", "text/javascript"),
 }
-"""What there is, by path: the file and its type."""
-_SETTINGS = "/settings.json"
+"""Files by path: name and type."""
+_SETTINGS_PATH = "/settings.json"
 """Path of the page's settings: `url` of the rosbridge, and `boat`."""
-_SILENCE = 10.0
-"""Wall time after which a browser that says nothing is let go [s]."""
+_SILENCE_TIMEOUT = 10.0
+"""Wall time after which a silent browser is disconnected [s]."""
 MOST_CONNECTIONS = 64
-"""Each has a thread; with one more the oldest is closed, as browsers open some that they do not use."""
+"""Largest number of connections, each with a thread; one more closes the oldest, as browsers open some in vain."""
 
 
 class PageServer(http.server.ThreadingHTTPServer):
@@ -93,7 +94,7 @@ class _Answering(http.server.BaseHTTPRequestHandler):
     """One connection."""
 
     server: PageServer
-    timeout = _SILENCE
+    timeout = _SILENCE_TIMEOUT
     server_version, sys_version = "vrx-mj", ""
 
     def do_GET(self) -> None:
@@ -132,7 +133,7 @@ class _Answering(http.server.BaseHTTPRequestHandler):
             )
             return http.HTTPStatus.MISDIRECTED_REQUEST, "text/plain", text.encode()
         path = self.path.partition("?")[0]
-        if path == _SETTINGS:
+        if path == _SETTINGS_PATH:
             return http.HTTPStatus.OK, "application/json", self.server.settings
         if path not in FILES:
             text = f"no file {path[:200]}; known: {', '.join(FILES)}\n"

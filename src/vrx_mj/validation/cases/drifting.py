@@ -40,6 +40,31 @@ _NUMBERS = (0.3, 0.5, 0.7, 1.0, 1.4, 2.0)
 """Wavenumbers times radius at which radiation is compared; the decay's is 1.03."""
 _RELATIVE = {4.4: 1.70, 5.0: 1.48, 11.0: 1.00}
 """Heave over the amplitude by period [s] without diffraction, in the relative form, in the frequency domain."""
+_ADRIFT = (
+    ("skiff", "stern to it", 0.0), ("wamv", "stern to it", 0.0), ("wamv", "beam to it", 0.5 * math.pi),
+    ("wamv", "bow into it", math.pi), ("otter", "stern to it", 0.0), ("heron", "stern to it", 0.0),
+    ("heron", "bow into it", math.pi),
+)  # fmt: skip
+"""Robots in a swell, and their headings [rad]; it travels along 0."""
+_DEPTHS = (0.5, 2.0, 4.0, 7.5, 12.0)
+"""Depths of the drogues in drogues.yaml [m]."""
+_PROFILE = ((0.0, 1.0), (1.0, 1.0), (5.0, 0.6), (10.0, 0.1))
+"""Shares of the current by depth [m]."""
+_MEAN, _TOWARD = 0.3, 30.0
+"""Mean speed [m/s] and its direction [degrees]."""
+_MAJOR, _MINOR, _AXIS, _PERIOD, _PHASE = 0.6, -0.25, 70.0, 300.0, 40.0
+"""Tide: half axes [m/s], direction of the longer [degrees], period [s], phase [degrees]."""
+_DEVIATION, _KEPT = 0.1, 2.0
+"""Standard deviation [m/s] and time constant [s] of the random part."""
+_RECORD, _SAMPLE = 7200.0, 0.2
+"""Length of its record, and time between samples [s]."""
+_CURRENT_FILES = ("physics/conditions.py", "physics/flotation.py", "runtime/loop.py")
+_MASS = 1025.0 * 4.0 / 3.0 * math.pi * 0.5**3
+_DRAG = 0.05 * _MASS
+"""Drag of the sphere [N s/m]."""
+_LENGTH, _STIFFNESS = 3.0, 200.0
+_DEPTH = 5.0
+_MOORING_FILES = ("physics/afloat.py", "physics/flotation.py", "physics/conditions.py", "runtime/loop.py")
 
 
 def _decay(world: str, drop: float, until: float, **keys: object) -> tuple[FloatArray, FloatArray]:
@@ -205,14 +230,6 @@ def _at(number: float, numbers: FloatArray, values: FloatArray) -> float:
     return float(sum(y[i] * np.prod([(number - x[j]) / (x[i] - x[j]) for j in range(4) if j != i]) for i in range(4)))
 
 
-_ADRIFT = (
-    ("skiff", "stern to it", 0.0), ("wamv", "stern to it", 0.0), ("wamv", "beam to it", 0.5 * math.pi),
-    ("wamv", "bow into it", math.pi), ("otter", "stern to it", 0.0), ("heron", "stern to it", 0.0),
-    ("heron", "bow into it", math.pi),
-)  # fmt: skip
-"""Robots in a swell, and their headings [rad]; it travels along 0."""
-
-
 @case("physics/afloat.py", "physics/flotation.py", "physics/kinematics.py", "runtime/loop.py")
 def sphere_orbit() -> Outcome:
     """A neutral sphere in a wave.
@@ -322,21 +339,6 @@ def _speeds(sim: Simulation, axis: int, duration: float) -> tuple[FloatArray, Fl
     return 0.5 * (times[1:] + times[:-1]), np.diff(places) / np.diff(times)
 
 
-_DEPTHS = (0.5, 2.0, 4.0, 7.5, 12.0)
-"""Depths of the drogues in drogues.yaml [m]."""
-_PROFILE = ((0.0, 1.0), (1.0, 1.0), (5.0, 0.6), (10.0, 0.1))
-"""Shares of the current by depth [m]."""
-_MEAN, _TOWARD = 0.3, 30.0
-"""Mean speed [m/s] and its direction [degrees]."""
-_MAJOR, _MINOR, _AXIS, _PERIOD, _PHASE = 0.6, -0.25, 70.0, 300.0, 40.0
-"""Tide: half axes [m/s], direction of the longer [degrees], period [s], phase [degrees]."""
-_DEVIATION, _KEPT = 0.1, 2.0
-"""Standard deviation [m/s] and time constant [s] of the random part."""
-_RECORD, _SAMPLE = 7200.0, 0.2
-"""Length of its record, and time between samples [s]."""
-_CURRENT_FILES = ("physics/conditions.py", "physics/flotation.py", "runtime/loop.py")
-
-
 def _velocity(sim: Simulation, name: str) -> FloatArray:
     """Velocity (2,) toward east and north [m/s]."""
     seen = sim.observe_object(name)
@@ -417,14 +419,6 @@ def current_random() -> Outcome:
     times = _SAMPLE * lags
     lines = Series("closed form", times, np.exp(-times / _KEPT), reference=True), Series("ours", times, kept)
     yield Chart("Correlation of the random part", "lag [s]", "correlation", lines)
-
-
-_MASS = 1025.0 * 4.0 / 3.0 * math.pi * 0.5**3
-_DRAG = 0.05 * _MASS
-"""Drag of the sphere [N s/m]."""
-_LENGTH, _STIFFNESS = 3.0, 200.0
-_DEPTH = 5.0
-_MOORING_FILES = ("physics/afloat.py", "physics/flotation.py", "physics/conditions.py", "runtime/loop.py")
 
 
 def _offset(speed: float) -> float:

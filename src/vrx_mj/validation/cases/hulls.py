@@ -29,6 +29,20 @@ _FACES = np.array(
     [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1), (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4),
      (1, 5, 7), (1, 7, 3)], np.int64
 )  # fmt: skip
+_LENGTH, _BEAM, _DRAFT, _DENSITY, _MASS = 4.0, 2.0, 0.5, 1025.0, 4100.0
+_SURGE_ADDED, _HEAVE_ADDED = 900.0, 3000.0
+"""Added mass in the barge's file [kg]."""
+_STIFFNESS = _DENSITY * GRAVITY * _LENGTH * _BEAM
+"""C33 [N/m]."""
+_PERIOD = 2.0 * math.pi * math.sqrt((_MASS + _HEAVE_ADDED) / _STIFFNESS)
+"""Period of heave [s]."""
+_DROP = 0.05
+"""Height from which it is let go [m]."""
+_RAISED = (0.0, 0.0, _DROP, 0.0, 0.0, 0.0)
+_HULL = ("physics/panels.py", "physics/vessel.py", "runtime/loop.py")
+_SHAPES = Shape(type="cylinder", radius=0.2, length=4.0), Shape(type="box", size=(0.6, 0.4, 0.31))
+"""A float and a battery of the WAM-V."""
+_COLUMNS = ("x", "y", "z", "a", "b", "c", "d")
 
 
 def _box_sheet(length: float, beam: float, draft: float, density: float, kg: float) -> HullSheet:
@@ -114,19 +128,6 @@ def meshes() -> Outcome:
         yield Comparison(f"waterplane, {pose}", "m2", row["area"], (low - high) / (2 * step * weight))
         yield Comparison(f"centre of buoyancy x, {pose}", "m", row["x"], -wrench[4] / wrench[2])
         yield Comparison(f"centre of buoyancy y, {pose}", "m", row["y"], wrench[3] / wrench[2])
-
-
-_LENGTH, _BEAM, _DRAFT, _DENSITY, _MASS = 4.0, 2.0, 0.5, 1025.0, 4100.0
-_SURGE_ADDED, _HEAVE_ADDED = 900.0, 3000.0
-"""Added mass in the barge's file [kg]."""
-_STIFFNESS = _DENSITY * GRAVITY * _LENGTH * _BEAM
-"""C33 [N/m]."""
-_PERIOD = 2.0 * math.pi * math.sqrt((_MASS + _HEAVE_ADDED) / _STIFFNESS)
-"""Period of heave [s]."""
-_DROP = 0.05
-"""Height from which it is let go [m]."""
-_RAISED = (0.0, 0.0, _DROP, 0.0, 0.0, 0.0)
-_HULL = ("physics/panels.py", "physics/vessel.py", "runtime/loop.py")
 
 
 def _water(sim: Simulation, pose: FloatArray) -> FloatArray:
@@ -302,11 +303,6 @@ def float_contact() -> Outcome:
         for step, impulse in zip(steps[1:], impulses[1:], strict=True)
     )
     yield Chart("Impulse on the barge so far", "time [s]", "impulse [N s]", series)
-
-
-_SHAPES = Shape(type="cylinder", radius=0.2, length=4.0), Shape(type="box", size=(0.6, 0.4, 0.31))
-"""A float and a battery of the WAM-V."""
-_COLUMNS = ("x", "y", "z", "a", "b", "c", "d")
 
 
 @case("mjcf/templates.py", table="contacts")

@@ -192,7 +192,7 @@ def _in_waves(robot: str, hull: Hull, density: float) -> tuple[HullInWaves, Floa
         draft = vessel.displacement * GRAVITY / stiffness[2, 2]
     found = HullInWaves(vessel, rigid, stiffness, level, density, GRAVITY)
     if vessel.diffraction is None:
-        return found, found.radiated() + found.reflected(), draft
+        return found, found.radiation_drift() + found.reflection_drift(), draft
     assert config.hydro is not None
     hydro, transform = read_hydro(config.hydro, config.folder), np.eye(6)
     transform[:3, 3:] = np.cross(np.eye(3), hydro.point).T

@@ -31,6 +31,39 @@ _BOATS = (("wamv", -0.151, 0.6), ("heron", 0.0, 2.0), ("barge_4m", 0.0, -0.4))
 """Robots, where they float [m], and their headings [rad]; the waves travel along 0."""
 _SAMPLES, _STEP = 40, 0.5
 """How often the forces are compared, and how far apart [s]."""
+_PERIOD, _AMPLITUDE, _PHASES = 3.0, 0.01, 60
+_PLACE = 1.7, -0.9
+"""Place of the hull's origin [m]."""
+_CENTER = -0.1
+"""Place of its centre of mass, ahead of its origin [m]."""
+_MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+_KINDS = ("diffraction", "froude_krylov")
+_TURNS = np.exp(2j * math.pi * np.arange(_PHASES) / _PHASES)
+_ROLL_DAMPING = 400.0
+"""Linear damping of the barge's roll [N m s]."""
+_FREE_AMPLITUDE, _LAST = 0.001, 8
+"""Amplitude of the wave [m]; how many of its last periods count."""
+_DENSITY, _LENGTH, _BEAM, _DRAFT = 1025.0, 4.0, 2.0, 0.5
+"""Water [kg/m3] and size of the fixed barge [m]."""
+_WAVE = (2.0 * math.pi / 3.0) ** 2 / GRAVITY
+"""Wavenumber of a period of 3 s in deep water [rad/m]."""
+_CUTS = (2, 4, 8, 16)
+"""Parts into which the barge's beam is cut; its length has twice as many."""
+_COUNTS = (15, 30, 60, 120, 240)
+_CALM = 1e6
+"""Pressure that is added, so that all panels are wet [Pa]."""
+_REST = (0.0, 0.0, -0.0964715, 0.0, 0.0, 0.0)
+"""Pose of the section afloat: its centre of gravity is that far under the water."""
+_SECTION_LENGTH, _TANK_DENSITY = 0.586, 1000.0
+"""Length of the section [m] and density of the water [kg/m3]."""
+_SPRINGS, _FRICTION, _STRENGTH = 59.4, 8.7, 100.0
+"""Springs [N/m] and friction [N s/m] of the rig, and full thrust [N] of the engines that stand for them."""
+_SLOW, _FADES = 0.74, 0.05
+"""Frequency [rad/s] and decay [1/s] of the section on its springs."""
+_FLUME_SAMPLE, _DURATION, _SETTLED = 0.02, 30.0, 12.0
+"""Time between samples, length of a run, and from when on the mean force counts [s]."""
+_FORCES = {"sway": ("sway force", "N/m"), "heave": ("heave force", "N/m"), "roll": ("roll moment", "N m/m")}
+"""What waves do to the fixed section, by motion, and its unit."""
 
 
 @case("physics/wave_box.py", "physics/panels.py", "physics/kinematics.py")
@@ -119,14 +152,6 @@ def _wet(triangles: FloatArray, depth: FloatArray) -> FloatArray:
 
 
 _Amplitudes = npt.NDArray[np.complex128]
-_PERIOD, _AMPLITUDE, _PHASES = 3.0, 0.01, 60
-_PLACE = 1.7, -0.9
-"""Place of the hull's origin [m]."""
-_CENTER = -0.1
-"""Place of its centre of mass, ahead of its origin [m]."""
-_MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
-_KINDS = ("diffraction", "froude_krylov")
-_TURNS = np.exp(2j * math.pi * np.arange(_PHASES) / _PHASES)
 
 
 def _reference() -> dict[tuple[float, float], _Amplitudes]:
@@ -204,10 +229,6 @@ def _chart(samples: FloatArray, theirs: _Amplitudes, course: str) -> Chart:
     return Chart(f"Diffraction of a wave of 1 cm, {course}", "time [s]", "force [N]", series)
 
 
-_ROLL_DAMPING = 400.0
-"""Linear damping of the barge's roll [N m s]."""
-
-
 @case("physics/vessel.py")
 def roll_damping() -> Outcome:
     """Damping of roll of a hull with diffraction.
@@ -229,10 +250,6 @@ def roll_damping() -> Outcome:
     yield Comparison("greatest difference, over the largest moment", "", None, np.abs(ours - expected).max() / largest)
     lines = Series("damping times rate", times, expected, reference=True), Series("ours", times, ours)
     yield Chart("Moment of roll damping", "time [s]", "moment [N m]", lines)
-
-
-_FREE_AMPLITUDE, _LAST = 0.001, 8
-"""Amplitude of the wave [m]; how many of its last periods count."""
 
 
 def _swing(robot: str, period: float, toward: float, periods: int) -> tuple[FloatArray, bool]:
@@ -293,17 +310,6 @@ def _swings(row: Mapping[str, Any], suffix: str, periods: int) -> Outcome:
             per = "metre" if motion == "heave" else "slope"
             name = f"{robot}, {motion} per {per}, {period:g} s, wave toward {toward:g} degrees"
             yield Comparison(name, "", row[motion] if long else None, ours)
-
-
-_DENSITY, _LENGTH, _BEAM, _DRAFT = 1025.0, 4.0, 2.0, 0.5
-"""Water [kg/m3] and size of the fixed barge [m]."""
-_WAVE = (2.0 * math.pi / 3.0) ** 2 / GRAVITY
-"""Wavenumber of a period of 3 s in deep water [rad/m]."""
-_CUTS = (2, 4, 8, 16)
-"""Parts into which the barge's beam is cut; its length has twice as many."""
-_COUNTS = (15, 30, 60, 120, 240)
-_CALM = 1e6
-"""Pressure that is added, so that all panels are wet [Pa]."""
 
 
 def _side(across: tuple[FloatArray, FloatArray], place: FloatArray) -> list[FloatArray]:
@@ -395,20 +401,6 @@ def _convergence(
     yield Chart(title, f"log10 of the number of {parts}", "log10 of the relative error", (line, *points))
 
 
-_REST = (0.0, 0.0, -0.0964715, 0.0, 0.0, 0.0)
-"""Pose of the section afloat: its centre of gravity is that far under the water."""
-_SECTION_LENGTH, _TANK_DENSITY = 0.586, 1000.0
-"""Length of the section [m] and density of the water [kg/m3]."""
-_SPRINGS, _FRICTION, _STRENGTH = 59.4, 8.7, 100.0
-"""Springs [N/m] and friction [N s/m] of the rig, and full thrust [N] of the engines that stand for them."""
-_SLOW, _FADES = 0.74, 0.05
-"""Frequency [rad/s] and decay [1/s] of the section on its springs."""
-_FLUME_SAMPLE, _DURATION, _SETTLED = 0.02, 30.0, 12.0
-"""Time between samples, length of a run, and from when on the mean force counts [s]."""
-_FORCES = {"sway": ("sway force", "N/m"), "heave": ("heave force", "N/m"), "roll": ("roll moment", "N m/m")}
-"""What waves do to the fixed section, by motion, and its unit."""
-
-
 @case("physics/vessel.py", "mjcf/drift.py", "runtime/loop.py", table="flume")
 def section_flume() -> Outcome:
     """A section of a ship in a flume.
@@ -425,7 +417,7 @@ def section_flume() -> Outcome:
     conditions = groupby(table_rows("flume"), lambda row: (row["set"], row["period"], 1e3 * row["height"]))
     for (kind, period, height), group in conditions:
         own = list(group)
-        ours = _fixed(own[0]) if kind == "fixed" else _afloat(own[0])
+        ours = _fixed_forces(own[0]) if kind == "fixed" else _afloat(own[0])
         for row in (row for row in own if row["quantity"] in ours):
             name, unit = _FORCES[row["quantity"]] if kind == "fixed" else (row["quantity"], "")
             found = row["measured"], ours[row["quantity"]]
@@ -455,7 +447,7 @@ def _fit(times: FloatArray, values: FloatArray, period: float, *others: FloatArr
     return found[0], np.hypot(found[1], found[2])
 
 
-def _fixed(row: TableRow) -> dict[str, float]:
+def _fixed_forces(row: TableRow) -> dict[str, float]:
     """Forces on the section, put back before each sample of a period, over the wave's amplitude."""
     sim, times, found = _simulation(row), [], []
     (boat,) = sim.boats

@@ -25,6 +25,44 @@ _RATE = 25.0
 """Rate of the shaft at full thrust [1/s]; the thrust does not depend on which it is."""
 _DENSITY = 1025.0
 _FILES = ("physics/thrust.py", "runtime/loop.py")
+_ADVANCES = {0.0: (0.4547, 0.06754), 0.2: (0.3919, 0.05942), 0.4: (0.3142, 0.04921), 0.6: (0.2256, 0.03727),
+             0.8: (0.1297, 0.02397), 1.0: (0.0307, 0.00969)}  # fmt: skip
+"""K_T and K_Q of B4-70 with a pitch ratio of 1 over the advance ratio, by the polynomials of the series."""
+_QUADRANTS = {"robot": "propeller_boat/b4_70.yaml", "pose": [0] * 6, "sensors": "none"}
+_HELD = {1.0: -0.772, -1.0: 0.695}
+"""C_T* of a held one at 90 and at -90 degrees, by the sign of the speed: sums of the series' harmonics."""
+_STREAM = 0.5, 0.64
+"""Velocity of the stream [m/s]."""
+_TOWARD = math.degrees(math.atan2(_STREAM[1], _STREAM[0]))
+_SLOWEST, _FASTEST = 1.597, 1.667
+"""Top speeds of the published model with 22 and with 24 N a side [m/s]."""
+_DAMPING = 17.257603
+"""Quadratic damping in surge of that model [N s2/m2]."""
+_THRUSTS = {0.7: 16.0, 0.8: 19.5, 0.95: 23.0}
+"""Thrust a side [N] at some commands, in assets/robots/heron/robot.yaml."""
+_TOP = 0.95
+"""The command of the thrust in the middle of those of the top speeds."""
+_TABLE = [0.0, 0.6, 1.2], [0.0, 12.0, 39.0]
+"""Speeds [m/s] and the resistance there [N] of heron_resistance."""
+_MEASURED = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
+_PULLS = (9.0, 53.0, 85.0, 120.0, 157.0, 182.0, 219.0, 240.0)
+"""Measured bollard pull of a propeller at those commands [N]."""
+_LAST = 0.3
+"""Share of a run over which its speed is the mean."""
+_KINGFISHERS = {
+    "fitted to the odd runs": "kingfisher",
+    "published bollard pull": str(folder() / "worlds" / "kingfisher_nps" / "robot.yaml"),
+}
+_THRUST = 0.02216 / 2.0
+"""k of the thrust k n^2 of a propeller [N s2/rad2]."""
+_FULL_THRUST = 119.682
+"""Thrust of a propeller at full command [N], in assets/robots/otter/robot.yaml."""
+_OTTER_TANK = "otter_tank"
+_OTTER_FILES = ("mjcf/hulls.py", "physics/drag.py", "physics/vessel.py", "runtime/loop.py")
+_SURGE_DAMPING = 24.4 * GRAVITY / (6.0 * 0.5144)
+"""|X_u| [N s/m]: 24.4 kg of bollard pull at 6 knots."""
+_PERIODS = {"heave": 0.680, "roll": 0.975, "pitch": 1.149}
+"""Damped periods [s] of his M, D and G, the shortest first: make_otter.py has 0.6798, 0.9750 and 1.1486."""
 
 
 def _thrust_at(sim: Simulation, command: float, *, height: float = 0.0, speed: float = 0.0) -> float:
@@ -136,14 +174,6 @@ def propeller_ventilation() -> Outcome:
     yield Chart("Thrust of a propeller at the surface", "depth of its centre / radius", "share of the thrust", lines)
 
 
-_ADVANCES = {0.0: (0.4547, 0.06754), 0.2: (0.3919, 0.05942), 0.4: (0.3142, 0.04921), 0.6: (0.2256, 0.03727),
-             0.8: (0.1297, 0.02397), 1.0: (0.0307, 0.00969)}  # fmt: skip
-"""K_T and K_Q of B4-70 with a pitch ratio of 1 over the advance ratio, by the polynomials of the series."""
-_QUADRANTS = {"robot": "propeller_boat/b4_70.yaml", "pose": [0] * 6, "sensors": "none"}
-_HELD = {1.0: -0.772, -1.0: 0.695}
-"""C_T* of a held one at 90 and at -90 degrees, by the sign of the speed: sums of the series' harmonics."""
-
-
 @case(*_FILES, "config/propellers.json")
 def propeller_quadrants() -> Outcome:
     """A propeller in four quadrants.
@@ -184,11 +214,6 @@ def propeller_quadrants() -> Outcome:
     yield Chart("K_T of B4-70, pitch ratio 1", "J", "K_T", lines)
 
 
-_STREAM = 0.5, 0.64
-"""Velocity of the stream [m/s]."""
-_TOWARD = math.degrees(math.atan2(_STREAM[1], _STREAM[0]))
-
-
 @case("physics/thrust.py", "physics/conditions.py", "runtime/effects.py")
 def rudder_stream() -> Outcome:
     """A rudder in a stream.
@@ -218,16 +243,6 @@ def rudder_stream() -> Outcome:
     yield Chart("Path through the water", "x [m]", "y [m]", lines)
 
 
-_SLOWEST, _FASTEST = 1.597, 1.667
-"""Top speeds of the published model with 22 and with 24 N a side [m/s]."""
-_DAMPING = 17.257603
-"""Quadratic damping in surge of that model [N s2/m2]."""
-_THRUSTS = {0.7: 16.0, 0.8: 19.5, 0.95: 23.0}
-"""Thrust a side [N] at some commands, in assets/robots/heron/robot.yaml."""
-_TOP = 0.95
-"""The command of the thrust in the middle of those of the top speeds."""
-
-
 @case("physics/thrust.py", "physics/vessel.py", "runtime/loop.py")
 def heron_speed() -> Outcome:
     """Speed of the Heron.
@@ -254,10 +269,6 @@ def heron_speed() -> Outcome:
     yield Chart("Speed of the Heron", "time [s]", "speed [m/s]", (*edges, *series))
 
 
-_TABLE = [0.0, 0.6, 1.2], [0.0, 12.0, 39.0]
-"""Speeds [m/s] and the resistance there [N] of heron_resistance."""
-
-
 @case("physics/drag.py", "physics/vessel.py", "runtime/loop.py")
 def hull_resistance() -> Outcome:
     """Speed of a hull with a table of resistance.
@@ -276,11 +287,6 @@ def hull_resistance() -> Outcome:
         beyond = max(2.0 * thrust / _TABLE[1][-1], 1.0)
         speed = np.interp(2.0 * thrust, *_TABLE[::-1]) * math.sqrt(beyond)
         yield Comparison(f"speed, {thrust:g} N a side", "m/s", speed, only_boat(sim).velocity[0])
-
-
-_MEASURED = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
-_PULLS = (9.0, 53.0, 85.0, 120.0, 157.0, 182.0, 219.0, 240.0)
-"""Measured bollard pull of a propeller at those commands [N]."""
 
 
 def _pull(sim: Simulation, command: float) -> float:
@@ -317,14 +323,6 @@ def wamv_bollard() -> Outcome:
     )
     lines = Series("measured", _MEASURED, _PULLS, reference=True), Series("ours", _MEASURED, ours)
     yield Chart("Bollard pull of a WAM-V 16", "command", "pull of a propeller [N]", lines)
-
-
-_LAST = 0.3
-"""Share of a run over which its speed is the mean."""
-_KINGFISHERS = {
-    "fitted to the odd runs": "kingfisher",
-    "published bollard pull": str(folder() / "worlds" / "kingfisher_nps" / "robot.yaml"),
-}
 
 
 @case("physics/thrust.py", "physics/vessel.py", "runtime/loop.py", table="lake_runs")
@@ -367,18 +365,6 @@ def _lake_speeds(robot: str) -> list[float]:
         sim.step({"a": command}, duration=_LAST * row["duration_s"])
         found.append(float(only_boat(sim).position[0] - begin) / (_LAST * row["duration_s"]))
     return found
-
-
-_THRUST = 0.02216 / 2.0
-"""k of the thrust k n^2 of a propeller [N s2/rad2]."""
-_FULL_THRUST = 119.682
-"""Thrust of a propeller at full command [N], in assets/robots/otter/robot.yaml."""
-_OTTER_TANK = "otter_tank"
-_OTTER_FILES = ("mjcf/hulls.py", "physics/drag.py", "physics/vessel.py", "runtime/loop.py")
-_SURGE_DAMPING = 24.4 * GRAVITY / (6.0 * 0.5144)
-"""|X_u| [N s/m]: 24.4 kg of bollard pull at 6 knots."""
-_PERIODS = {"heave": 0.680, "roll": 0.975, "pitch": 1.149}
-"""Damped periods [s] of his M, D and G, the shortest first: make_otter.py has 0.6798, 0.9750 and 1.1486."""
 
 
 def _periods(stiffness: FloatArray, damping: FloatArray) -> list[float]:

@@ -44,6 +44,34 @@ _WARNED = (
     "makes 7.5 m/s on a waterline of 4 m, a Froude number of 1.2",
 )
 """What is said of the barge, in short waves that are there from the start, and at 7.5 m/s."""
+_ON_ITS_SIDE, _OVER = (0.0, 0.0, 0.5, 2.0, 0.4, 0.0), (0.0, 0.0, 1.0, 2.8, 0.3, 0.0)
+"""Poses of the barge and of the WAM-V that fall in."""
+_TABLES = "oracle"
+"""Folder of the tables that VRX's code has made; its README says how."""
+_RUNS = (
+    "straight_100", "turn_L100_R50", "reverse_100", "decay_heave_p30", "decay_roll_p15", "decay_pitch_p8",
+    "drift_wind6_beam", "head_seas_W01", "head_seas_W02", "head_seas_W02_thrust70", "waves_wind_thrust", "zigzag_20",
+    "turn_added_mass", "decay_roll_added_mass",
+)  # fmt: skip
+_ROBOTS = {"wamv": "wamv", "wamv_am1": "wamv_added_mass/robot.yaml"}
+"""Robots by the set of coefficients that a run has."""
+_STRAIGHT, _TURNED = 20.0, math.radians(20.0)
+"""Time before the first turn of the zig-zag [s], and the yaw at which it turns to the other side [rad]."""
+_COLUMNS = (
+    ("x_m", "x", "m"), ("y_m", "y", "m"), ("z_m", "z", "m"),
+    ("roll_rad", "roll", "rad"), ("pitch_rad", "pitch", "rad"), ("yaw_rad", "yaw", "rad"),
+)  # fmt: skip
+"""Columns of a run, names and units."""
+_CHARTS = {
+    "zigzag_20": ("Yaw in a zig-zag of 20 degrees", "yaw [degrees]", 5),
+    "decay_roll_added_mass": ("Roll let go at 15 degrees, with added mass", "roll [degrees]", 3),
+    "head_seas_W02": ("Height of the boat in head seas", "height [m]", 2),
+}
+"""Charts of runs: title, ordinate, and its column."""
+_DESCRIBED = {
+    "scale": "scale", "angle": "angle_rad", "steepness": "steepness", "amplitude": "amplitude_m",
+    "period": "period_s", "tau": "tau_s", "gain": "gain",
+}  # fmt: skip
 
 
 @case("mjcf/hulls.py", "runtime/run.py", "runtime/loop.py")
@@ -159,8 +187,6 @@ def _wamv(pose: Sequence[float], **keys: object) -> Simulation:
     return marine_simulation({"robot": "wamv", "sensors": "none", "boats": [boat]}, sea=_SEA, **keys)
 
 
-_ON_ITS_SIDE, _OVER = (0.0, 0.0, 0.5, 2.0, 0.4, 0.0), (0.0, 0.0, 1.0, 2.8, 0.3, 0.0)
-"""Poses of the barge and of the WAM-V that fall in."""
 _ROUGH: Mapping[str, Callable[[], Simulation]] = {
     "a barge that falls in upside down": lambda: with_boat_at(
         packaged_simulation("barge"), _ON_ITS_SIDE, (0.0, 0.0, 0.0, 3.0, 1.0, 0.0)
@@ -201,32 +227,6 @@ def rough_treatment() -> Outcome:
 
 _Pilot = Callable[[Simulation, float], None]
 """Sails a run on for a time [s]."""
-_TABLES = "oracle"
-"""Folder of the tables that VRX's code has made; its README says how."""
-_RUNS = (
-    "straight_100", "turn_L100_R50", "reverse_100", "decay_heave_p30", "decay_roll_p15", "decay_pitch_p8",
-    "drift_wind6_beam", "head_seas_W01", "head_seas_W02", "head_seas_W02_thrust70", "waves_wind_thrust", "zigzag_20",
-    "turn_added_mass", "decay_roll_added_mass",
-)  # fmt: skip
-_ROBOTS = {"wamv": "wamv", "wamv_am1": "wamv_added_mass/robot.yaml"}
-"""Robots by the set of coefficients that a run has."""
-_STRAIGHT, _TURNED = 20.0, math.radians(20.0)
-"""Time before the first turn of the zig-zag [s], and the yaw at which it turns to the other side [rad]."""
-_COLUMNS = (
-    ("x_m", "x", "m"), ("y_m", "y", "m"), ("z_m", "z", "m"),
-    ("roll_rad", "roll", "rad"), ("pitch_rad", "pitch", "rad"), ("yaw_rad", "yaw", "rad"),
-)  # fmt: skip
-"""Columns of a run, names and units."""
-_CHARTS = {
-    "zigzag_20": ("Yaw in a zig-zag of 20 degrees", "yaw [degrees]", 5),
-    "decay_roll_added_mass": ("Roll let go at 15 degrees, with added mass", "roll [degrees]", 3),
-    "head_seas_W02": ("Height of the boat in head seas", "height [m]", 2),
-}
-"""Charts of runs: title, ordinate, and its column."""
-_DESCRIBED = {
-    "scale": "scale", "angle": "angle_rad", "steepness": "steepness", "amplitude": "amplitude_m",
-    "period": "period_s", "tau": "tau_s", "gain": "gain",
-}  # fmt: skip
 
 
 @cache

@@ -13,6 +13,18 @@ from vrx_mj.spectra import Site, stokes_wave
 from vrx_mj.validation.rows import Comparison, Outcome, case, rows
 from vrx_mj.validation.setups import GRAVITY, marine_simulation, marine_world
 
+_HEIGHTS = (0.3, 0.5, 1.0, 2.0, 3.0)
+PERIOD = 7.0
+"""Peak period of all of these seas [s]."""
+_HOURS = 3.0
+_SEEDS = 20
+_STEP = 0.5
+"""Time between two heights of a record [s]."""
+_SPREADING = (2.0, 10.0, 75.0)
+_BLOCK = 256
+"""Heights of a block of the periodograms."""
+_FILES = ("config/weather.py", "spectra.py", "physics/waves.py")
+
 
 def _simulated_wavenumber(period: float, depth: float) -> float:
     """The wavenumber [rad/m] of the surface of a regular wave, from its height at two places."""
@@ -79,19 +91,6 @@ def _profile() -> Chart:
         Series("raschii", *ends, reference=True, kind="points"),
     )
     return Chart(f"Surface of a wave of {height:g} m, {length:g} m long", "distance [m]", "height [m]", lines)
-
-
-_HEIGHTS = (0.3, 0.5, 1.0, 2.0, 3.0)
-PERIOD = 7.0
-"""Peak period of all of these seas [s]."""
-_HOURS = 3.0
-_SEEDS = 20
-_STEP = 0.5
-"""Time between two heights of a record [s]."""
-_SPREADING = (2.0, 10.0, 75.0)
-_BLOCK = 256
-"""Heights of a block of the periodograms."""
-_FILES = ("config/weather.py", "spectra.py", "physics/waves.py")
 
 
 def _jonswap(frequency: FloatArray | float, height: float) -> FloatArray:

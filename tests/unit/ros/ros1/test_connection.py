@@ -140,7 +140,7 @@ def test_all_that_wait_for_frames_share_what_they_may_hold():
 
 
 def test_a_frame_that_does_not_go_on_ends_the_connection(monkeypatch):
-    monkeypatch.setattr("vrx_mj.ros.ros1.connection.STALL", 0.01)
+    monkeypatch.setattr("vrx_mj.ros.ros1.connection.STALL_TIMEOUT", 0.01)
 
     async def run():
         peer, reader, _ = peer_of(Intake(1000))
