@@ -264,10 +264,10 @@ def _write_bem(
     change, last = table["mesh_error"], table["frequencies"][-1]
     typer.echo(f"{file}: {table['program']}, to {last:.3g} rad/s")
     typer.echo(f"  memory of {len(table['poles'])} poles: {table['fit_error']:.1%} off the computed radiation")
-    halved = "too many panels to halve them" if change is None else f"up to {change:.1%} of a force"
+    halved = "unknown: too many panels" if change is None else f"up to {change:.1%} of a force"
     typer.echo(f"  change by halving the panels: {halved}")
     if change is None or change > tolerance:
-        limit = f"more than the {tolerance:.1%} asked for" if change else "no error is known"
+        limit = f"more than the requested {tolerance:.1%}" if change else "the error is unknown"
         warnings.warn(f"{file}: {limit}, and finer panels are too many: simplify the mesh", VrxWarning, stacklevel=2)
 
 

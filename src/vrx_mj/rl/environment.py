@@ -442,7 +442,7 @@ def _world_of(problem: str, n: int, world: Source | None, fleet: Source | None, 
         VrxError: the world or the fleet is invalid.
     """
     if problem == SCORE and (n != 1 or world is None):
-        needs = f"invalid num_envs {n}: a referee watches one world" if n != 1 else "give a world with a task"
+        needs = f"invalid num_envs {n}: a referee scores one world" if n != 1 else "give a world with a task"
         raise gymnasium.error.Error(f"{SCORE}: {needs}")
     kind, boats = PROBLEMS[problem], None if team is None else team.boats
     if fleet is None:
