@@ -342,7 +342,7 @@ def _conclusion(verdict: "Verdict") -> Iterator[str]:
         yield f"compliant: all parts pass ({count})" if count else "compliant: no parts"
     else:
         yield f"not compliant: {bad} of {count} parts break a rule"
-        yield "it can be built and sailed all the same"
+        yield "it can still be built and sailed"
     yield from _about_generator(verdict)
 
 

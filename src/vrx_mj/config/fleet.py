@@ -429,7 +429,7 @@ def far_from_all(fleet: FleetConfig, boats: Sequence[tuple[BoatConfig, Slot]], w
     distance, nearest = min((math.dist(boat.pose[:2], pose[:2]), name) for boat, _ in boats for name, pose in places)
     if distance <= _FAR:
         return ""
-    text = f"fleet {fleet.name}: {distance:.0f} m from {nearest}, the nearest thing in world {world.name}"
+    text = f"fleet {fleet.name} is {distance:.0f} m from {nearest}, the nearest thing in world {world.name}"
     return f"{text}; more than {_FAR:.0f} m"
 
 

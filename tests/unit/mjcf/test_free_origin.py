@@ -79,7 +79,7 @@ def test_a_fleet_far_from_everything_is_warned_of_with_an_origin_at_the_spawn_po
     fleet = {"positions": [{"x": 500, "y": 0}, {"x": 600, "y": 0}]}
     _, (text,) = placed(fleet, config)
     assert text == (
-        "fleet fleet: 500 m from the spawn pose, the nearest thing in world open; more than 300 m; "
+        "fleet fleet is 500 m from the spawn pose, the nearest thing in world open; more than 300 m; "
         "`origin: [-550, 0, 0]` moves the whole fleet to free water"
     )
     assert placed({**fleet, "origin": [-550, 0, 0]}, config)[1] == []

@@ -254,7 +254,7 @@ class _Run:
 
     def ignore(self, element: Element, _: _Scope) -> None:
         """Note an element that is not of the simulation."""
-        beside = "not part of the simulation; start it beside `vrx-mj serve`"
+        beside = "not part of the simulation; start it while `vrx-mj serve` runs"
         variable = element.tag == "env"
         self.report.note(element, "ignored", "set this environment variable in the shell" if variable else beside)
 

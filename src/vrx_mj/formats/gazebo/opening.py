@@ -267,7 +267,7 @@ def _no_world(source: str | Path, launch: Launch, arguments: Mapping[str, str]) 
     """The error about a launch file that opens no world, and what to do with it."""
     name, file = Path(source).name, shell_word(shorten(source))
     beside = f" and spawns no boat; start it beside one: vrx-mj serve WORLD --ros1, then roslaunch {file}"
-    sails = f"; its boats sail in one: vrx-mj run WORLD --fleet {file}"
+    sails = f"; sail its boats in one: vrx-mj run WORLD --fleet {file}"
     text = f"opens no Gazebo world{sails if launch.boats or launch.fleet else beside}"
     text = instead_of(name, arguments) if is_tool(name) and not launch.boats else text
     return file_error(str(source), text)
