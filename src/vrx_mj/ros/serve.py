@@ -530,7 +530,7 @@ def _greet(server: RosServer, wanted: Wanted, report: Report) -> None:
         report("INFO", f"lockstep: time waits for {topics}")
     for topic in wanted.lockstep or ():
         if not any(topic in table.inputs for table in tables.values()):
-            report("WARN", f"lockstep: {topic} is not a command topic of this world, so time does not advance")
+            report("WARN", f"lockstep: nothing here subscribes to {topic}, so time does not advance")
     if wanted.paused:
         report("INFO", "paused: start time with rosservice call /gazebo/unpause_physics")
     if not is_loopback(wanted.host) and wanted.for_ros:

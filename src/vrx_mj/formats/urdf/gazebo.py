@@ -462,7 +462,7 @@ def _read_element(node: Node, robot: Robot) -> None:
         if kind in _PLUGINS:
             _PLUGINS[kind](plugin, robot)
         elif plugin.text("thruster/linkName"):
-            robot.warn(plugin, f"the plugin {plugin.attribute('filename')} is read as VRX's thrust plugin")
+            robot.warn(plugin, f"the plugin {plugin.attribute('filename')} is read as VRX's thrust plugin, by its tags")
             _thrusters(plugin, robot)
         elif kind not in QUIET_PLUGINS:
             robot.warn_plugin(plugin)
