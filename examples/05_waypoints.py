@@ -26,7 +26,7 @@ def main(path: Path = Path("waypoints.rrd"), duration: float | None = None) -> v
     sim = vrx_mj.Simulation(vrx_mj.compile_world("wayfinding_task"))
     with vrx_mj.record(sim, path):
         summary = vrx_mj.run(sim, duration, controller=Controller())
-    print(f"mean of the least errors {summary.task.score:.3f} {summary.task.unit} so far; vrx-mj replay {path}")
+    print(f"mean of the smallest errors {summary.task.score:.3f} {summary.task.unit} so far; vrx-mj replay {path}")
     return summary
 
 

@@ -13,7 +13,7 @@ WORLDS = {
 }
 """How many worlds each makes: deep ones have axes of 2 x 2 x 2 steps, shallow ones of 2; the last lost its axis."""
 LOST_AN_AXIS = (
-    "station_keeping_shallow.yaml: given twice; the later one counts, as in VRX: "
+    "station_keeping_shallow.yaml: given twice; the last one is used, as in VRX: "
     "tasks.macros (lines 11 and 18), tasks.sequence (lines 14 and 25); step 1 of tasks does not exist: it has 1 step"
 )
 """What a reader of the last is told."""

@@ -374,7 +374,7 @@ def test_a_changed_controller_is_not_mixed_in_and_is_compared(folder):
     )
     code, out, _ = vrx(*words, "-o", "after", "--against", "before", "--record", cwd=folder)
     assert code == 0
-    assert "since before: 2 trials in both, 0 went the same way" in out
+    assert "compared with before: 2 trials in both, 0 alike" in out
     page = (folder / "after" / "index.html").read_text(encoding="utf-8")
     assert "too few pairs: 2 differ, at least 6 are needed" in page
     for seed in (0, 1):

@@ -134,9 +134,7 @@ def test_observations(world, copied):
     again = copied(other)["a"].sensors
     assert list(again) == ["gps_wamv", "imu_wamv"]
     assert again["gps_wamv"].data.latitude == read.data.latitude
-    with pytest.raises(
-        SensorError, match=r"^no reading of imu_wamv in a copied observation: look it up before the copy is made$"
-    ):
+    with pytest.raises(SensorError, match=r"^no reading of imu_wamv in a copied observation: read it before copying$"):
         again["imu_wamv"]
     with pytest.raises(UnknownNameError, match=r"^no sensor named 'x'; known: gps_wamv, imu_wamv$"):
         again["x"]

@@ -13,7 +13,7 @@ from vrx_mj.runtime.stepping_models import FEW_BOATS
 COUNT = 20
 AWAY = (0.0, 500.0, 0.0, 0.0, 0.0, 0.0)
 HEAP = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-TOLD = re.compile(r"too many contacts at one place, \d+: place the bodies further apart( \(t = [\d.]+ s\))?")
+TOLD = re.compile(r"too many contacts at one place, \d+: place the bodies farther apart( \(t = [\d.]+ s\))?")
 
 
 @pytest.fixture(scope="module")

@@ -165,7 +165,7 @@ def test_what_is_imported_moves_as_what_is_opened(bay):
 def test_links_of_a_model_reach_the_table_of_an_import(bay):
     import_(bay, Path("out"), None)
     (page,) = Path("out").glob("*.md")
-    assert "| &lt;joint&gt; 'p' | taken over | `joints` |" in page.read_text("utf-8")
+    assert "| &lt;joint&gt; 'p' | imported | `joints` |" in page.read_text("utf-8")
 
 
 @pytest.fixture(scope="module")

@@ -53,8 +53,7 @@ def test_a_task_needs_a_boat_from_the_start():
         world = vrx_mj.compile_world("stationkeeping_task", fleet="none")
     (one,) = warned
     assert str(one.message) == (
-        "world stationkeeping_task: without its task, which scores a boat that is there from the start: the fleet has "
-        "no boats"
+        "world stationkeeping_task: its task is left out: it needs a boat at the start, and the fleet has none"
     )
     sim = vrx_mj.Simulation(world)
     assert sim.task is None

@@ -94,7 +94,7 @@ def test_the_motion_is_the_same_with_and_without(sim, recorded, tmp_path):
     found = vrx_mj.compare(recorded[0], plain)
     assert found.equal
     assert str(found) == (
-        f"equal to the last bit: {len(plain.rows)} rows\n"
+        f"equal bit for bit: {len(plain.rows)} rows\n"
         "readings of sensors are not compared: 10 sensors in the first recording, 0 in the second"
     )
 
@@ -159,7 +159,7 @@ def test_what_was_not_recorded_cannot_be_read(recorded):
     [
         (["b:gps"], UnknownNameError, "no boat named 'b'; known: a"),
         ("sonar", UnknownNameError, f"no sensor of a named 'sonar'; known: {', '.join(NAMES)}"),
-        ("imu@30", CommandError, "imu of a measures 15 times a second: it cannot be recorded at 30"),
+        ("imu@30", CommandError, "imu of a measures at 15 Hz: it cannot be recorded at 30 Hz"),
     ],
 )
 def test_wrong_sensors_are_refused_before_there_is_a_file(sim, tmp_path, sensors, kind, text):

@@ -69,7 +69,7 @@ def test_it_says_where_it_is_and_what_is_missing(told):
     assert first.startswith("ROS 2: node /vrx_mj in domain ")
     assert first.endswith(" by rmw_fastrtps_cpp, ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST")
     assert missing[0] == (
-        "ROS 2: no ros_gz_interfaces here (apt-get install ros-jazzy-ros-gz-interfaces): its topics, as "
+        "ROS 2: ros_gz_interfaces is not installed (apt-get install ros-jazzy-ros-gz-interfaces): its topics, as "
         "/vrx/task/info and range_bearing, are not published"
     )
     assert "/params" not in told["topics"]

@@ -136,7 +136,7 @@ def test_after_a_stall_no_topic_comes_in_a_burst_or_with_a_gap(tmp_path, rate):
                     rate,
                     [(t, seen[name][topic]) for t, seen in ends],
                 )
-    behind = [line for line in served.lines if "behind the pace by" in line]
+    behind = [line for line in served.lines if "behind the pace: " in line]
     assert len(behind) == 1, behind
 
 

@@ -98,7 +98,7 @@ def test_gps_and_truth_agree():
     assert fix.velocity == pytest.approx((north, -east, rise), abs=1e-9)
 
 
-@pytest.mark.filterwarnings("ignore:.*are those of deep water")
+@pytest.mark.filterwarnings("ignore:.*has the waves of deep water")
 def test_wind_heading_and_depth_are_those_of_the_truth_in_gusts_and_waves():
     """Without noise, from pose and twist of the boat's origin: the wind at the mast, its heading, a slanting beam."""
     quiet = WIND.model_copy(update={"noise": 0.0}), SONAR.model_copy(update={"noise": 0.0})
@@ -123,7 +123,7 @@ def test_wind_heading_and_depth_are_those_of_the_truth_in_gusts_and_waves():
     assert wind.time == sonar.time == bow.time == truth.time == pytest.approx(20.0)
 
 
-@pytest.mark.filterwarnings("ignore:.*are those of deep water")
+@pytest.mark.filterwarnings("ignore:.*has the waves of deep water")
 def test_a_depth_changes_nothing_of_how_boats_sail_in_vrxs_waves():
     deep, shallow = (sailing((SONAR,), sea={**ROUGH, **depth}, seed=3) for depth in ({}, {"depth": 3.0}))
     for sim in (deep, shallow):

@@ -37,7 +37,7 @@ def test_a_served_boat_sails_by_its_autopilot_and_twice_alike(tmp_path):
     assert first == second
     assert first["timestamp"] == [pytest.approx(2.0)]
     assert first["velocity"][1] > 0.3  # the bow is to the east
-    assert re.search(r"a: channels 1 left, 3 right; waits for ardurover --(sim-port-out|instance) \d+ ", lines)
+    assert re.search(r"a: channels 1 left, 3 right; waiting for ardurover --(sim-port-out|instance) \d+ ", lines)
     assert "wamv/ardurover.parm" in lines
     runs = [vrx_mj.read_record(tmp_path / name).boats["a"].position for name in ("first.rrd", "second.rrd")]
     assert runs[0].tobytes() == runs[1].tobytes()

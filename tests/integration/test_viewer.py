@@ -80,7 +80,7 @@ def test_what_we_start_of_rerun_keeps_no_statistics_in_a_fresh_home(tmp_path):
 @pytest.mark.slow
 def test_replay_without_a_display_says_where_to_look(recording, tmp_path):
     with replayed(recording, tmp_path) as (_, lines):
-        assert lines[0] == "In the browser: no display: neither DISPLAY nor WAYLAND_DISPLAY is set."
+        assert lines[0] == "Opening in the browser (no display: neither DISPLAY nor WAYLAND_DISPLAY is set)."
         address = re.fullmatch(r"Open (http://127\.0\.0\.1:\d+/\?url=\S+)", lines[1])[1]
         assert lines[3] == "Press Ctrl-C to stop."
         page = http.client.HTTPConnection("127.0.0.1", int(re.search(r":(\d+)/", address)[1]))

@@ -359,8 +359,8 @@ def test_two_boats_of_one_name_in_the_guides_file_are_refused():
     with pytest.raises(ConfigError) as caught:
         compile_launch("rxi_multi.launch")
     assert str(caught.value) == (
-        "rxi_multi.launch:24:3: <node> 'spawn_model_b' / args: a model named 'defender_a' is spawned on line 18 "
-        "already: each needs -model NAME of its own"
+        "rxi_multi.launch:24:3: <node> 'spawn_model_b' / args: duplicate model name 'defender_a', first spawned "
+        "on line 18: give each its own -model NAME"
     )
 
 
@@ -371,8 +371,8 @@ def test_two_boats_of_one_name_are_refused_with_the_line_of_the_first():
     with pytest.raises(ConfigError) as caught:
         simulated(wrong)
     assert str(caught.value) == (
-        "my.launch:11:5: <node> 'spawn_two' / args: a model named 'one' is spawned on line 6 already: "
-        "each needs -model NAME of its own"
+        "my.launch:11:5: <node> 'spawn_two' / args: duplicate model name 'one', first spawned on line 6: give "
+        "each its own -model NAME"
     )
 
 
@@ -380,8 +380,8 @@ def test_of_two_objects_of_one_name_the_second_is_left_out():
     with pytest.warns(VrxWarning) as told:
         load_world(world(objects=BUOY + "\n" + BUOY))
     line = (
-        "my.world.xacro:18: <include> 'my_buoy' not read: a model named 'my_buoy' is included on line 17 already: "
-        "give one another <name>"
+        "my.world.xacro:18: <include> 'my_buoy' not read: a model named 'my_buoy' is included on line 17 "
+        "already: change one <name>"
     )
     assert [line in str(one.message) for one in told].count(True) == 1
 

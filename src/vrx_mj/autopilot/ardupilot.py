@@ -204,7 +204,7 @@ class ArduPilot:
         """Lines that say how to start the SITL of each boat, and what its channels command."""
         for link in self._links:
             channels = ", ".join(f"{number} {channel.command}" for number, channel in sorted(link.channels.items()))
-            yield f"{link.boat}: channels {channels}; waits for ardurover {self.arguments[link.boat]}"
+            yield f"{link.boat}: channels {channels}; waiting for ardurover {self.arguments[link.boat]}"
 
     def _parameters(self, boat: str) -> str:
         """The file of ArduPilot's parameters for a boat, if its kind is one of ours that has one."""
@@ -319,7 +319,7 @@ class ArduPilot:
             self._say(
                 link,
                 "rate",
-                f"its autopilot asks for {rate} frames per second and gets {per_second / steps:g}: set SIM_RATE_HZ to "
+                f"its autopilot expects {rate} frames per second but gets {per_second / steps:g}: set SIM_RATE_HZ to "
                 f"{', '.join(rates[:4])}, or `physics: timestep` of the world",
             )
         return steps
@@ -342,7 +342,7 @@ class ArduPilot:
         for number, channel in link.channels.items():
             pulse = pulses[number - 1] if number <= len(pulses) else 0
             if not is_servo_pulse(pulse):
-                what = f"pulses from {MIN_PULSE} to {MAX_PULSE} us are needed; no pulse is assumed"
+                what = f"pulses from {MIN_PULSE} to {MAX_PULSE} us are needed; it is taken as no pulse"
                 self._say(link, f"pulse {number}", f"channel {number} has {pulse} us: {what}")
                 pulse = 0
             commands[channel.command] = channel.value(pulse)

@@ -242,11 +242,11 @@ def print_tables(campaign: "Campaign", comparison: "Comparison | None") -> None:
     _print_scores(campaign)
     for world in seedless_worlds(campaign.results.values()):
         seeds = len(campaign.manifest.plan.seeds)
-        show(f"{world}: all {seeds} seeds give the same motion; --vary draws weather or boats for each", result=True)
+        show(f"{world}: all {seeds} seeds give the same motion; --vary draws weather or boats per seed", result=True)
     if len(campaign.manifest.plan.controllers) > 1:
         _print_leaderboard(campaign)
     if comparison is not None:
-        title = f"since {comparison.earlier}: {comparison.common} trials in both, {comparison.same} went the same way"
+        title = f"compared with {comparison.earlier}: {comparison.common} trials in both, {comparison.same} alike"
         rows = []
         for test in comparison.tests:
             p = "-" if test.adjusted is None or math.isnan(test.adjusted) else f"{test.adjusted:.3g}"
@@ -258,7 +258,7 @@ def print_tables(campaign: "Campaign", comparison: "Comparison | None") -> None:
         more = f" (and {len(others)} more like it)" if others else ""
         show(f"{first.cell}: {first.error}{more}", "red", result=True)
     if len(classes) > _SHOWN_FAILURES:
-        show(f"and {len(classes) - _SHOWN_FAILURES} other kinds of failures: the page has them", "red", result=True)
+        show(f"and {len(classes) - _SHOWN_FAILURES} other kinds of failures: see the page", "red", result=True)
 
 
 def _print_scores(campaign: "Campaign") -> None:

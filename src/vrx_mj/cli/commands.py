@@ -74,7 +74,7 @@ def compile_(
     scene = compiled.save(output, simulator=simulator)
     to_sail = f"; to sail it: vrx_mj.Simulation.load('{output}')" if simulator == "mujoco" else ""
     typer.echo(f"{scene}: opens in {SIMULATORS[simulator].title}{to_sail}")
-    typer.echo("the boats fall there: water, wind and thrust act only in vrx_mj itself (vrx-mj run, vrx-mj view)")
+    typer.echo("the boats fall in it: water, wind and thrust exist only in vrx_mj (vrx-mj run, vrx-mj view)")
 
 
 @reads_files
@@ -118,7 +118,7 @@ def run(
     steer = steering(control, thrust)
     sim = Simulation(compile_source(world, arguments, fleet=fleet, seed=seed, nudge=nudge))
     if seed is not None and not sim.world.parameters.has_random_loads:
-        show("nothing that moves boats here is random: every --seed gives the same run, except for sensor noise")
+        show("nothing random moves the boats: every --seed gives the same run, except for sensor noise")
     result = sail(
         sim, steer(sim), duration, record=record, sensors=sensors, follow=follow, bag=bag, topics=topic or (),
         own_code=thrust is None,

@@ -101,7 +101,7 @@ def print_rows(rows: list[Row]) -> None:
         if row.advice:
             show(f"{row.what}: {row.advice}", result=True)
     if healthy(rows):
-        show("What vrx_mj needs works.", result=True)
+        show("Everything that vrx_mj needs works.", result=True)
     else:
         show("vrx_mj cannot run here: see the rows marked no.", "red", result=True)
 

@@ -118,7 +118,7 @@ def _lines(folder: Path, boat: HullEstimate) -> Iterator[str]:
     sheet, arm = boat.sheet, abs(boat.engines[0][1] - boat.engines[-1][1]) / 2.0
     criterion, growth, feedback, skeg = boat.course
     yield f"{folder}: {boat.length:.3g} x {boat.beam:.3g} m, draft {sheet.draft:.3g} m, GM {sheet.gm[0]:.3g} m"
-    yield f"{len(boat.engines)} x {boat.thrust:.3g} N for {boat.speed:.3g} m/s; robot.yaml names the rules it is by"
+    yield f"{len(boat.engines)} x {boat.thrust:.3g} N for {boat.speed:.3g} m/s; robot.yaml names the rules used"
     if skeg:
         yield f"it does not keep a straight course at equal thrust: C = {criterion:.3g}, below 0"
         yield f"  a small turn doubles in {math.log(2.0) / growth:.3g} s; it keeps its course"

@@ -180,7 +180,7 @@ def _own(words: Sequence[str]) -> Words:
             lost += words[index : index + count]
         index += count
     if lost:
-        show(f"extra_gazebo_args: ignored: {' '.join(lost)}; what vrx-mj serve takes is used", "yellow")
+        show(f"extra_gazebo_args: {' '.join(lost)} ignored; only options of vrx-mj serve are used", "yellow")
     return found
 
 
@@ -239,7 +239,7 @@ def _spawn_options(words: Sequence[str]) -> dict[str, str]:
 
     found = spawn_options(words)
     if "J" in found:
-        show(f"-J {found['J']} is ignored: joints begin at 0", "yellow")
+        show(f"-J {found['J']} is ignored: joints start at 0", "yellow")
     if "model" not in found:
         raise CommandError("spawn_model needs -model NAME")
     sources = [name for name in _SOURCES if name in found]

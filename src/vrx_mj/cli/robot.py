@@ -264,10 +264,10 @@ def _write_bem(
     change, last = table["mesh_error"], table["frequencies"][-1]
     typer.echo(f"{file}: {table['program']}, to {last:.3g} rad/s")
     typer.echo(f"  memory of {len(table['poles'])} poles: {table['fit_error']:.1%} off the computed radiation")
-    halved = "too many panels to halve them" if change is None else f"up to {change:.1%} of a force"
+    halved = "unknown: too many panels" if change is None else f"up to {change:.1%} of a force"
     typer.echo(f"  change by halving the panels: {halved}")
     if change is None or change > tolerance:
-        limit = f"more than the {tolerance:.1%} asked for" if change else "no error is known"
+        limit = f"more than the requested {tolerance:.1%}" if change else "the error is unknown"
         warnings.warn(f"{file}: {limit}, and finer panels are too many: simplify the mesh", VrxWarning, stacklevel=2)
 
 
@@ -342,7 +342,7 @@ def _conclusion(verdict: "Verdict") -> Iterator[str]:
         yield f"compliant: all parts pass ({count})" if count else "compliant: no parts"
     else:
         yield f"not compliant: {bad} of {count} parts break a rule"
-        yield "it can be built and sailed all the same"
+        yield "it can still be built and sailed"
     yield from _about_generator(verdict)
 
 

@@ -39,7 +39,7 @@ def column_faults(
     """
     for index, (before, value) in enumerate(itertools.pairwise(values), 1):
         if value <= before:
-            yield (key, index), f"{what} above that of the row before, {before:g}{unit}, is needed, got {value:g}"
+            yield (key, index), f"{what} above {before:g}{unit}, that of the previous row, is needed, got {value:g}"
     if ends and values and (values[0], values[-1]) != ends:
         plural, (first, last) = f"{what.partition(' ')[2]}s", ends
         yield (key,), f"{plural} from {first:g} to {last:g} are needed, got {values[0]:g} to {values[-1]:g}"
@@ -51,7 +51,7 @@ def exclusive(thing: "Config", *keys: str, required: bool = False) -> Iterator[F
     if len(given) > 1:
         yield (given[1],), f"give {one_of(keys)}, not {'both' if len(keys) == 2 else ' and '.join(given)}"
     elif required and not given:
-        yield (keys[0],), f"required, unless {one_of(keys[1:])} is given"
+        yield (keys[0],), f"required unless {one_of(keys[1:])} is given"
 
 
 def duplicate_names(**groups: Iterable[Any]) -> list[Fault]:

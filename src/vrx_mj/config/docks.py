@@ -311,7 +311,7 @@ def _dock_faults(lines: Sequence[str]) -> list[tuple[int, int, str]]:
     for i, row in enumerate(rows, 1):
         hit = re.search("[^X ]", row)
         if hit and not any(line == i for line, _ in found):
-            hint = _HINTS.get(hit[0], "only X and blank")
+            hint = _HINTS.get(hit[0], "use only X and space")
             found[i, hit.start() + 1] = f"{literal(hit[0])} in a dock; {hint}"
     return [(*place, f"row {place[0]}, column {place[1]}: {found[place]}") for place in sorted(found)][:_MAX_FAULTS]
 
@@ -329,16 +329,16 @@ def _drawing(value: object) -> object:
     """Turn a list of rows into the block of text that it means."""
     if isinstance(value, list | tuple):
         bare = _outside_quotes(value)
-        found: list[Fault] = [((i,), f"expected a row of X and blanks, in quotes, got {literal(row)}")
+        found: list[Fault] = [((i,), f"expected a row of X and spaces, in quotes, got {literal(row)}")
                               for i, row in enumerate(value) if not isinstance(row, str)]  # fmt: skip
-        found += [((i,), f"{bare[i]} columns to the right of other rows; put a row that begins with a blank in quotes")
+        found += [((i,), f"{bare[i]} columns right of the other rows; put a row that begins with a space in quotes")
                   for i in sorted(bare)]  # fmt: skip
         if found:
             raise faults(*found)
         return "\n".join(value) + "\n"
     if not isinstance(value, str):
         raise fault(
-            f"expected a drawing (`|` and rows of X and blanks, or a list of rows), name or path, got {literal(value)}"
+            f"expected a drawing (`|` and rows of X and spaces, or a list of rows), name or path, got {literal(value)}"
         )
     return value
 
@@ -461,9 +461,9 @@ def _bay_faults(dock: DockPlacement, found: int) -> Iterator[Fault]:
     bays = list(enumerate(dock.bays or ()))
     for index, bay in bays[found:]:
         if bay.internal is None or bay.external is None:
-            yield ("bays", index), f"{has}; a further bay needs `internal` and `external`"
+            yield ("bays", index), f"{has}; each further bay needs `internal` and `external`"
         elif dock.placards is None and bay.placard != "none":
-            yield ("bays", index), f"{has}; a further bay needs `placard: none`, or the dock `placards`"
+            yield ("bays", index), f"{has}; each further bay needs `placard: none`, or the dock needs `placards`"
     yield from duplicate_names(bays=(bay.model_copy(update={"name": bay.name or f"bay{i + 1}"}) for i, bay in bays))
 
 

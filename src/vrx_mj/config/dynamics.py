@@ -144,9 +144,9 @@ class Hydro(BaseModel):
         for index, (real, imaginary) in enumerate(self.poles):
             pole, size = f"{real:g}{imaginary:+g}i", max(abs(real), abs(imaginary))
             if real >= 0.0:
-                yield ("poles", index), f"its real part has to be below 0, or the memory would grow, got {pole}"
+                yield ("poles", index), f"its real part must be below 0, or the memory grows; got {pole}"
             elif size > _FASTEST_POLE:
-                yield ("poles", index), f"its parts must be at most {_FASTEST_POLE:g} 1/s in size, got {pole}"
+                yield ("poles", index), f"each part must be at most {_FASTEST_POLE:g} 1/s in magnitude, got {pole}"
 
 
 def read_hydro(path: str, folder: Path | None) -> Hydro:
@@ -450,7 +450,7 @@ class MarineHullConfig(InFolder):
 
     def _faults(self) -> Iterator[Fault]:
         if self.hydro and self.added_mass:
-            yield ("added_mass",), "not used with hydro, which has that; remove it"
+            yield ("added_mass",), "not used with hydro, which includes it; remove it"
         if self.resistance:
             yield from self._resistance_faults()
 
@@ -461,10 +461,10 @@ class MarineHullConfig(InFolder):
             yield ("resistance",), "a first row [0, 0] and another one are needed"
         for index, ((slow, less), (fast, more)) in enumerate(itertools.pairwise(self.resistance), 1):
             if more < less:
-                text = f"resistance that does not fall is needed, got {less:g} N at {slow:g} m/s and {more:g} N at "
+                text = f"resistance must not decrease with speed, got {less:g} N at {slow:g} m/s and {more:g} N at "
                 yield ("resistance", index), f"{text}{fast:g} m/s"
         linear, quadratic = self.damping_linear, self.damping_quadratic
         given = {"damping_linear": linear and linear[0][0], "damping_quadratic": quadratic and quadratic[0]}
         for key, surge in given.items():
             if surge:
-                yield (key,), f"0 in surge is needed beside `resistance`, got {surge:g}"
+                yield (key,), f"surge must be 0 with `resistance`, got {surge:g}"

@@ -352,7 +352,7 @@ def _entry_faults(fleet: FleetConfig) -> Iterator[Fault]:
     for index, entry in enumerate(fleet.boats):
         slot = _slot_of(entry, index, count)
         if slot is None and entry.pose is None:
-            yield ("boats", index, "pose"), f"required: this boat is not one of the {count} placed ones"
+            yield ("boats", index, "pose"), f"required: the layout places only {count} boats"
         elif slot in taken:
             yield ("boats", index), f"duplicate entry for wamv{(slot or 0) + 1}"
         if slot is not None:
@@ -427,7 +427,7 @@ def far_from_all(fleet: FleetConfig, boats: Sequence[tuple[BoatConfig, Slot]], w
     distance, nearest = min((math.dist(boat.pose[:2], pose[:2]), name) for boat, _ in boats for name, pose in places)
     if distance <= _FAR:
         return ""
-    text = f"fleet {fleet.name}: {distance:.0f} m from {nearest}, the nearest thing in world {world.name}"
+    text = f"fleet {fleet.name} is {distance:.0f} m from {nearest}, the nearest thing in world {world.name}"
     return f"{text}; more than {_FAR:.0f} m"
 
 
@@ -435,7 +435,7 @@ def _warn_of_bearings(fleet: FleetConfig) -> None:
     """Positions whose headings point away from their middle, all of them, if they are bearings, and only then."""
     places = fleet.positions
     if len(places) > 1 and _all_outward(places, "compass") and not _all_outward(places, "math"):
-        text = f"fleet {fleet.name}: its headings point outward only as compass bearings, and are read as degrees"
+        text = f"fleet {fleet.name}: its headings point outward as compass bearings only, but are read as degrees"
         advice = "write `headings: compass` for bearings, or `headings: math` to keep this"
         warnings.warn(f"{text} counter-clockwise from x; {advice}", VrxWarning, stacklevel=3)
 

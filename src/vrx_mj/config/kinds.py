@@ -81,11 +81,11 @@ def other_kind(kind: str, section: Mapping[str, object]) -> str | None:
     """The message about the content of a file of another kind; None: it may be of this kind."""
     given = set(section)
     if given and all(isinstance(axis, Mapping) and set(axis) >= _AXIS for axis in section.values()):
-        return "axes of a series of worlds, one of which commands take as WORLD, with its number: axes.yaml#0"
+        return "axes of a series of worlds; pass one of them as WORLD by its number: axes.yaml#0"
     if given & MARKS.get(kind, given):
         return None
     found = next(((name, key) for name, marks in MARKS.items() for key in sorted(given & marks)), None)
-    return f"the file of {USES[found[0]]}: it has the key '{found[1]}'" if found else None
+    return f"it has the key '{found[1]}', of {USES[found[0]]}" if found else None
 
 
 @dataclass(frozen=True)

@@ -118,7 +118,7 @@ def read_measurements(path: Path, wanted: tuple[str, ...]) -> Measurements:
     except (ReadingError, UnicodeDecodeError, csv.Error) as error:
         raise VrxError(f"{name}: {'not UTF-8' if isinstance(error, UnicodeDecodeError) else error}") from None
     if isinstance(lines.newlines, tuple) and "\r" in lines.newlines:
-        raise VrxError(f"{name}: a carriage return inside of a line; end all lines alike")
+        raise VrxError(f"{name}: a carriage return inside a line; use one kind of line ending")
     if not 2 <= len(values) <= MOST_ROWS:
         raise VrxError(f"{name}: 2 to {MOST_ROWS:,} rows are needed, got {'more' if values[2:] else len(values)}")
     times, *signals = zip(*values, strict=True)
@@ -145,7 +145,7 @@ def _rows(name: str, reader: "csv.DictReader[str]", columns: tuple[str, ...]) ->
             place = f"{name}, line {reader.line_num}"
             values = tuple(_value(place, column, row[column]) for column in columns)
             if not values[0] > before:
-                raise VrxError(f"{place}: a time above that of the row before, {before:g} s, is needed")
+                raise VrxError(f"{place}: a time above {before:g} s, that of the previous row, is needed")
             before = values[0]
             yield values
 

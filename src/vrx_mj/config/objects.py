@@ -67,7 +67,7 @@ def _parallel(one: tuple[float, float, float], other: tuple[float, float, float]
 class AxisConfig(Config):
     """An axis of a joint, about which the child link turns or along which it slides."""
 
-    xyz: Annotated[Vec3, demand(lambda axis: math.hypot(*axis) >= 1e-9, "must have a length, got {}")] = (0.0, 0.0, 1.0)
+    xyz: Annotated[Vec3, demand(lambda axis: math.hypot(*axis) >= 1e-9, "must not be zero, got {}")] = (0.0, 0.0, 1.0)
     """Direction of the axis in the joint's frame."""
     limits: _Limits | None = None
     """Lowest and highest angle [rad], or position [m] of a prismatic joint. Without limits it moves freely."""
@@ -151,9 +151,9 @@ def _end_faults(root: str, links: Sequence[str], joints: Sequence[_Ends]) -> Ite
         if child == parent:
             yield ("joints", index, "child"), f"joins the link '{child}' to itself"
         elif child == root:
-            yield ("joints", index, "child"), f"'{root}', the root link, hangs on nothing; swap parent and child"
+            yield ("joints", index, "child"), f"'{root}' is the root link, which has no parent; swap parent and child"
         elif child in holders:
-            yield ("joints", index, "child"), f"link '{child}' already hangs on the joint '{holders[child]}'"
+            yield ("joints", index, "child"), f"link '{child}' is already the child of joint '{holders[child]}'"
         holders.setdefault(child, joint)
 
 
@@ -162,14 +162,14 @@ def _loose(root: str, links: Sequence[str], joints: Sequence[_Ends]) -> Iterator
     above = {child: [parent] for _, parent, child in joints}
     for index, name in enumerate(links):
         if name not in above:
-            text = f"no joint has the link '{name}' as its child; only '{root}', the root, needs none"
+            text = f"link '{name}' is not the child of a joint; only the root link '{root}' may have none"
             yield ("links", index, "name"), text
     try:
         TopologicalSorter(above).prepare()
     except CycleError as error:
         circle = error.args[1]
         index = next(index for index, (*_, child) in enumerate(joints) if child == circle[0])
-        yield ("joints", index), f"the links hang on each other in a circle: {' > '.join(reversed(circle))}"
+        yield ("joints", index), f"the links form a loop: {' > '.join(reversed(circle))}"
 
 
 def link_order(root: str, joints: Sequence[JointConfig]) -> list[str]:
@@ -388,7 +388,7 @@ def _misfits(item: Placement, model: ObjectConfig) -> Iterator[Fault]:
     if len(item.symbols) > count:
         yield ("symbols",), f"{len(item.symbols)} symbols; '{item.model}' has {count} placard{'s' * (count != 1)}"
     if item.mooring and not _drifts(item):
-        yield ("mooring",), f"does nothing: '{item.model}' does not float, or follows a path"
+        yield ("mooring",), f"has no effect: '{item.model}' does not float, or follows a path"
 
 
 def _drifts(item: Placement) -> bool:
@@ -406,7 +406,7 @@ def _count(file: Path, whole: Loading) -> None:
         names = " > ".join(step.parent.name if step.name.startswith("model.") else step.stem for step in chain)
         raise VrxError(f"this object contains itself: {names}")
     if len(whole.chain) >= _MOST_LEVELS:
-        raise VrxError(f"more than {_MOST_LEVELS} levels of objects in objects")
+        raise VrxError(f"objects are nested more than {_MOST_LEVELS} levels deep")
     if key not in whole.counts:
         whole.counts[key] = 1
         part = Loading((*whole.chain, key), whole.counts)

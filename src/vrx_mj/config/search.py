@@ -54,7 +54,7 @@ OWN_PATH = "VRX_MJ_PATH"
 """Environment variable with the folders in which names are looked for, and files may lie that other files name."""
 MISSING = "VRX_MJ_MISSING"
 """Environment variable that says `ignore` where launch files and xacro may name packages that are missing."""
-ALLOW = f"add its folder by --allow FOLDER or {OWN_PATH}"
+ALLOW = f"add its folder with --allow FOLDER or {OWN_PATH}"
 """Advice about a file in a folder that may not be read."""
 
 
@@ -345,7 +345,7 @@ def contained_file(text: str, folder: Path | None) -> Path:
     Without a folder it is what the caller wrote in Python: any path, from the current folder on.
     """
     if folder and "\\" in text:
-        raise VrxError(f"path '{text}' has a backslash; type '/'")
+        raise VrxError(f"path '{text}' has a backslash; use '/'")
     base = (folder or Path.cwd()).resolve()
     missing = f"no file '{shorten(text)}'{'' if Path(text).is_absolute() else f' in {display(base)}'}"
     try:

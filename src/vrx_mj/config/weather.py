@@ -176,7 +176,7 @@ class WindageConfig(Config):
             if angle in (0.0, 180.0) and (cy or cn)
         ]
         if self.isherwood and self.isherwood.superstructure_area > self.lateral_area:
-            text = f"more than the lateral area, {self.lateral_area:g} m2: got {self.isherwood.superstructure_area:g}"
+            text = f"must be at most lateral_area, {self.lateral_area:g} m2, got {self.isherwood.superstructure_area:g}"
             found.append((("isherwood", "superstructure_area"), text))
         return found
 
@@ -233,7 +233,7 @@ def _add_point(points: list[tuple[float, float]], words: Sequence[str]) -> str |
     if not (0.0 < frequency < MAX_NUMBER and 0.0 <= density < MAX_NUMBER):
         return "a frequency above 0 and a density of 0 or more are needed"
     if points and frequency <= points[-1][0]:
-        return f"a frequency above that of the line before, {points[-1][0]:g} Hz, is needed"
+        return f"a frequency above {points[-1][0]:g} Hz, that of the previous line, is needed"
     points.append((frequency, density))
     return None
 
@@ -347,7 +347,7 @@ class SeaConfig(InFolder):
             yield ("scale",), f"must be at least 1 in a pms sea, got {self.scale:g}"
         site = Site(self.depth or math.inf, GRAVITY)
         if self.model == "tma" and self.depth is None:
-            yield ("depth",), "required for `model: tma`, shallow water; in deep water it is jonswap"
+            yield ("depth",), "required for `model: tma`, a sea in shallow water; for deep water use jonswap"
         elif self.model in SPECTRA:
             found = list(exclusive(self, "significant_height", "sea_state", required=self.model != "file"))
             yield from found or self._breaking("sea", self.hs, self.tp, steepest_sea(self.tp, site))
@@ -358,7 +358,7 @@ class SeaConfig(InFolder):
         """A sea or a wave that is higher than what breaks; a longer period helps little in shallow water."""
         if height > most:
             given = [key for key in ("height", "significant_height") if getattr(self, key) is not None]
-            where, more = (f" in {self.depth:g} m of water", " or more depth") if self.depth else ("", "")
+            where, more = (f" in {self.depth:g} m of water", " or greater depth") if self.depth else ("", "")
             text = f"a {what} of {period:.3g} s breaks at {most:.3g} m{where}, got {height:.3g} m"
             longer = "period" if what == "wave" else "peak_period"
-            yield (*given, "model")[:1], f"{text}; give less height, or a longer {longer}{more}"
+            yield (*given, "model")[:1], f"{text}; reduce the height, or use a longer {longer}{more}"

@@ -42,7 +42,7 @@ class MarkersConfig(Config):
     """An upright cylinder at every position, and a horizontal one ahead of it that points along the desired yaw."""
 
     scaling: Annotated[
-        Size, demand(lambda size: size[0] == size[1], "the first two must be equal, as a marker is round, got {}")
+        Size, demand(lambda size: size[0] == size[1], "the first two must be equal, since markers are round; got {}")
     ] = (0.2, 0.2, 2.0)
     """Diameter, diameter again, and length of the cylinders [m]."""
     height: Number = 0.5
@@ -258,7 +258,7 @@ class WorldConfig(FromFile):
         sea = self.sea.model
         if self.physics.gravity == 0.0 and (profile == MARINE or sea in SPECTRA or sea in REGULAR):
             what = MARINE if profile == MARINE else f"a sea of model {sea}"
-            found.append((("physics", "gravity"), f"{what} needs gravity, which makes its waves, got 0"))
+            found.append((("physics", "gravity"), f"{what} needs gravity for its waves, got 0"))
         return found
 
     def _of_marine(self) -> Iterator[tuple[Loc, str]]:
@@ -299,8 +299,8 @@ def _of_default_profile(world: WorldConfig) -> Iterator[str]:
     if "profile" not in world.physics.model_fields_set and not _NOTICED:
         _NOTICED.append(world.name)
         yield (
-            f"it names no `physics: profile` and has {DEFAULT}, the default, which was {CLASSIC} in version 0.1; "
-            f"write `physics: {{profile: {CLASSIC}}}` for that"
+            f"without `physics: profile`, {DEFAULT} is the default, which was {CLASSIC} in version 0.1; "
+            f"write `physics: {{profile: {CLASSIC}}}` to keep that"
         )
 
 
@@ -308,12 +308,12 @@ def _of_its_sea(world: WorldConfig) -> Iterator[str]:
     """Warnings of seas that may be meant otherwise."""
     model = (world.section.get("sea") or {}).get("model", "pms")
     if world.sea.model != model:
-        yield f"its sea is {world.sea.model}, as `{model}` has no significant height; write `model: {world.sea.model}`"
+        yield f"its sea is {world.sea.model}: `{model}` has no significant height; write `model: {world.sea.model}`"
     if world.sea.model == "cwr" and not world.sea.amplitude:
         yield "its cwr sea is flat: sea.amplitude is 0"
     if world.sea.model in VRX_SEAS and world.sea.depth is not None:
-        what = f"waves of a {world.sea.model} sea are those of deep water"
-        yield f"{what}; sea.depth is where echo sounders find the bottom"
+        what = f"a {world.sea.model} sea has the waves of deep water"
+        yield f"{what}; sea.depth only affects echo sounders"
 
 
 def warn_of_degrees(owner: str, poses: Iterable[tuple[str, Sequence[float]]]) -> None:

@@ -33,7 +33,7 @@ _LATIN = dict(zip(
     "АВЕЅІЈКМНОРСТУХаеорсухѕіјΑΒΕΖΗΙΚΜΝΟΡΤΥΧο", "ABESIJKMHOPCTYXaeopcyxsijABEZHIKMNOPTYXo", strict=True
 ))  # fmt: skip
 """Latin letters for Cyrillic and Greek ones that look like them."""
-_UNSEEN = {"Zs": "type a space", "Cf": "delete it"}
+_UNSEEN = {"Zs": "type a space", "Cf": "remove it"}
 """Advice about spaces and invisible characters, by their category in Unicode."""
 
 _ODD = re.compile(r"[^\x00-\x7f]|\t")
@@ -116,7 +116,7 @@ def _is_mixed(word: str) -> bool:
 def _advice(character: str) -> str | None:
     """Advice about a character, by its name in Unicode; None: it may stay."""
     if character == "\t":
-        return "tab; type spaces"
+        return "tab; use spaces"
     plain = _PLAIN.get(character) or _LATIN.get(character)
     quoted = f"'{plain}'" if plain != "'" else '"\'"'
     do = f"type {quoted}" if plain else _UNSEEN.get(unicodedata.category(character))
@@ -141,7 +141,7 @@ def read_lines(path: Path) -> tuple[str, ...]:
     if len(lines) > _MAX_LINES:
         raise ConfigError.of(name, f"more than {_MAX_LINES} lines")
     _refuse_odd(
-        Problem(name, row, hit.start() + 1, "", f"control character U+{ord(hit[0]):04X}; delete it")
+        Problem(name, row, hit.start() + 1, "", f"control character U+{ord(hit[0]):04X}; remove it")
         for row, line in enumerate(lines, 1)
         for hit in _CONTROL.finditer(line)
     )

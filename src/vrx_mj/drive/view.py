@@ -52,7 +52,7 @@ def view(
         RecordError: the browser's viewer does not start.
     """
     session = Session(sim, boat=boat, pace=pace, controller=controller)
-    reason = "as asked" if browser else no_window()
+    reason = "--browser" if browser else no_window()
     with ended_by_signals(), Terminal() as terminal, contextlib.suppress(KeyboardInterrupt):
         screen = _open(sim, reason, keys=terminal.reads)
         try:

@@ -192,7 +192,7 @@ def _receive(process: subprocess.Popen[bytes], most: int, reasons: list[str]) ->
         pieces.append(piece)
         size += len(piece)
         if size > most:
-            reasons.append(f"it comes to more than {most >> 20} MiB")
+            reasons.append(f"more than {most >> 20} MiB")
             return [], None, 0.0
     status = process.stdout.read(STATUS.size)
     return (pieces, *(STATUS.unpack(status) if len(status) == STATUS.size else (None, 0.0)))
@@ -239,8 +239,8 @@ def _ending(code: int, job: Job) -> str:
         return f"it takes more than {limits['seconds']} s of processor time"
     if code < 0:
         with contextlib.suppress(ValueError):
-            return f"its reader was ended by {signal.Signals(-code).name}"
-    return f"its reader ended with exit code {code}"
+            return f"its reader was killed by {signal.Signals(-code).name}"
+    return f"its reader exited with code {code}"
 
 
 _answers: OrderedDict[str, bytes] = OrderedDict()
@@ -322,7 +322,7 @@ def spend(about: str, notes: int = 1) -> None:
     before = _begun.get() or READER.spent
     for name, most in TOGETHER.items():
         if READER.spent[name] - before[name] > most:
-            raise ReaderError(about, f"the files of this command come to more than {most:,} {name}")
+            raise ReaderError(about, f"the files of this command take more than {most:,} {name}")
 
 
 def _job(job: str, arguments: Sequence[object], reads: Iterable[Path | str] = ()) -> Job:

@@ -195,7 +195,7 @@ def _better_origin(
     if origin is None:
         return ""
     x, y, yaw = origin
-    return f"`origin: [{x:g}, {y:g}, {yaw:g}]` puts the whole fleet into free water"
+    return f"`origin: [{x:g}, {y:g}, {yaw:g}]` moves the whole fleet to free water"
 
 
 def depth_in_land(corners: FloatArray, pose: Pose, shore: Sequence[Sequence[Sequence[float]]]) -> float:

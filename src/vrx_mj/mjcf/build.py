@@ -107,9 +107,9 @@ def _mesh_files(file: Path) -> MeshFiles:
 def _sdf_boat(order: Order, config: RobotConfig) -> tuple[Urdf, str]:
     """Links and joints of a model of Gazebo, which takes nothing of VRX's, and the text of a URDF of it."""
     if order.thrusters or order.components:
-        raise VrxError(f"robot {order.robot} takes no thruster or component file: it is a model of Gazebo")
+        raise VrxError(f"robot {order.robot} takes no thruster or component file: it is a Gazebo model")
     if order.arguments:
-        raise VrxError(f"robot {order.robot} takes no arguments: it is a model of Gazebo")
+        raise VrxError(f"robot {order.robot} takes no arguments: it is a Gazebo model")
     urdf = read_boat(config.description_file)
     return urdf, urdf.text
 
@@ -219,7 +219,7 @@ def _sensors_note(boat: Boat, order: Order, config: RobotConfig) -> str:
     if order.sensors != (_VRX,) or (config.suites and not order.components):
         return ""
     carried = ", ".join(sensor.name for sensor in boat.sensors) or "none"
-    return f"`sensors: vrx` adds no sensor: it carries those of its own files, {carried}"
+    return f"`sensors: vrx` adds no sensors: its own files define them, {carried}"
 
 
 def _with_hydrodynamics(
@@ -265,8 +265,8 @@ def _derivation_notes(
     if not missing or (rest and not guessed):
         return []
     if hull:
-        return [f"not in its `hull`, and so a WAM-V's of its length by Froude's law: {', '.join(missing)}"]
-    return [f"derived from its shapes and mass: {', '.join([*rest, *missing])}; the YAML beside it can set them"]
+        return [f"missing from its `hull`, so scaled from the WAM-V by Froude's law: {', '.join(missing)}"]
+    return [f"derived from its shapes and mass: {', '.join([*rest, *missing])}; set them in the YAML beside it"]
 
 
 def _notes_message(robot: str, notes: Sequence[str]) -> str:

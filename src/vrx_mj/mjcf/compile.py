@@ -258,7 +258,7 @@ class _Compilation(Assembly):
     def _add_task(self) -> None:
         """Resolve the task of the world, with what its boat may touch and what holds the boat."""
         if self.config.task is not None and not self.boats:
-            text = "without its task, which scores a boat that is there from the start: the fleet has no boats"
+            text = "its task is left out: it needs a boat at the start, and the fleet has none"
             warnings.warn(f"world {self.config.name}: {text}", VrxWarning, stacklevel=4)
             return
         self.task = task_parameters(self.config, self.boats, self.objects, self.docks, self.rows.shooters)

@@ -105,7 +105,7 @@ def lift_fault(volume: float, density: float, mass: float, more: str, scale: str
 
     `more` is what else to check where it carries too little, and `scale` how a mesh in mm is given.
     """
-    carries = f"it has {mass:g} kg, its hull's {volume:.4g} m3 carry {volume * density:.4g} kg"
+    carries = f"its mass is {mass:g} kg, but its hull's {volume:.4g} m3 carry {volume * density:.4g} kg"
     if volume <= 0.0:
         return "sinks: its hull has no volume; a closed mesh that is not flat is needed"
     if volume * density <= mass:
@@ -344,7 +344,7 @@ def derived_floats(boat: Boat, density: float, stations: int) -> Derived:
         wet = flotation(corners, wanted)
     else:
         wet = flotation_at(corners, low + _AWASH_SHARE * (high - low))
-        carries = f"{whole:.3g} m3, carries {whole * density:.4g} kg, and it weighs {body.mass:.4g} kg"
+        carries = f"{whole:.3g} m3, carries only {whole * density:.4g} kg of its {body.mass:.4g} kg"
         notes = (*notes, f"the volume of its shapes, {carries}: it floats awash")
     if whole < _MIN_HULL_SHARE * wanted:
         return replace(derived_lines(boat), notes=notes)

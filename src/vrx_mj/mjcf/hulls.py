@@ -157,15 +157,15 @@ def check_rest(boat: Boat, vessel: Vessel, density: float, rest: Flotation | Non
     fastest = float(np.abs(rates).max())
     if fastest > _MAX_RATE:
         raise VrxError(
-            f"robot {name}: its fastest motion about equilibrium has {fastest:.3g} rad/s, and needs steps of "
+            f"robot {name}: its fastest motion about equilibrium is {fastest:.3g} rad/s, which needs steps of "
             f"{0.2 / fastest:.1g} s; check the units of its hull, and the mass and inertia of its links"
         )
     worst = rates[rates.real.argmax()]
     if worst.real > _MAX_GROWTH:
         swing = f", with a period of {2.0 * math.pi / abs(worst.imag):.3g} s" if abs(worst.imag) > 1e-6 else ""
-        text = f"robot {name} is unstable: a small motion about its rest grows at {worst.real:.3g} 1/s{swing}"
+        text = f"robot {name} is unstable: a small motion about equilibrium grows at {worst.real:.3g} 1/s{swing}"
         if vessel.memory:
-            raise VrxError(f"{text}; its memory of waves gives it energy: check poles and residues of `hydro`")
+            raise VrxError(f"{text}; its wave memory adds energy: check the poles and residues of `hydro`")
         warnings.warn(f"{text}; check the entries of `damping_linear`", VrxWarning, stacklevel=2)
 
 

@@ -202,10 +202,10 @@ def _check_tokens(mjcf: str) -> None:
 def _check_element(element: ET.Element) -> None:
     known = ATTRIBUTES.get(element.tag)
     if known is None:
-        raise ValueError(f"invalid element <{element.tag[:_SHOWN]}>: no world has one")
+        raise ValueError(f"invalid element <{element.tag[:_SHOWN]}>: not part of a world")
     for key, value in element.attrib.items():
         if key not in known:
-            raise ValueError(f"invalid attribute {key[:_SHOWN]} of <{element.tag}>: no world has one")
+            raise ValueError(f"invalid attribute {key[:_SHOWN]} of <{element.tag}>: not part of a world")
         check = _CHECKS.get(f"{element.tag}.{key}") or _CHECKS.get(key, _numbers)
         if not check(value):
             shown = value if len(value) <= _SHOWN else value[:_SHOWN] + "..."
@@ -289,7 +289,7 @@ def _pieces(read: Callable[[str], bytes], name: str, place: str, assets: Mapping
         if size > _MOST_CHARACTERS:
             raise StateError(f"{source} has pieces of {size:,} characters; at most {_MOST_CHARACTERS:,} are read")
         if part.piece.owners - {owner_of(PREFIX), part.owner}:
-            raise StateError(f"{source} is damaged: {part.name} has bodies of others")
+            raise StateError(f"{source} is damaged: {part.name} has bodies of other parts")
     return Pieces(found[index.own], parts)
 
 
@@ -351,7 +351,7 @@ def _assets(files: Mapping[str, None], asset: Callable[[str], bytes], source: st
         content = found[name] = asset(name)
         size += len(content)
         if size > _LARGEST_ASSETS:
-            raise StateError(f"{source} names files of {size:,} bytes, down to '{name}': too many are read")
+            raise StateError(f"{source} names files of {size:,} bytes up to '{name}': too many")
         _check_hash(name, content, source)
         if name.endswith(".stl") and not is_binary_stl(content):
             raise StateError(f"{source} is damaged: mesh {name} has more or fewer triangles than its header says")

@@ -79,7 +79,7 @@ def checked_surface(corners: FloatArray, names: Sequence[str] = (), starts: Sequ
         )
     if found.twice > _MAX_OVERLAP * found.volume:
         where = _worst_pair(corners, names, starts)
-        text = f"its surfaces overlap{where}: {found.twice:.3g} of {found.volume:.3g} m3 count twice and lift too much"
+        text = f"its surfaces overlap{where}: {found.twice:.3g} of {found.volume:.3g} m3 count twice and add buoyancy"
         return (f"{text}{'; ' + pairs if count else ''}; {_JOIN}",)
     if count:
         return (f"its surface intersects itself: {pairs}; {_REPAIR}",)

@@ -262,7 +262,7 @@ def _gates(site: Site, at: _Loc, channel: ChannelConfig) -> tuple[model.Gate, ..
         site.fault((*at, "gates"), text)
     lone = [name for name in parts if _LEFT_BUOY.fullmatch(name) and all(name != left for left, _ in pairs)]
     if lone and not channel.gates:
-        warnings.warn(f"{owner}: no gate at {', '.join(lone)}, without a partner", VrxWarning, stacklevel=2)
+        warnings.warn(f"{owner}: ignored for lack of a partner: {', '.join(lone)}", VrxWarning, stacklevel=2)
     prefix = f"{course}/" if course else ""
     return tuple(model.Gate(left=prefix + left, right=prefix + right) for left, right in pairs)
 

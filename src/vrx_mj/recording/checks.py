@@ -76,10 +76,10 @@ class Comparison:
         if self.parting is not None:
             lines.append(str(self.parting))
         elif self.complete:
-            lines.append(f"equal to the last bit: {self.common} rows")
+            lines.append(f"equal bit for bit: {self.common} rows")
         elif self.common and self.columns:
             both = f"{self.common} rows of {self.columns} columns"
-            lines.append(f"the rows that both have are equal to the last bit: {both}")
+            lines.append(f"the rows that both have are equal bit for bit: {both}")
         return "\n".join([*lines, *self.notes])
 
 
@@ -169,7 +169,7 @@ def looks_again(recorded: Record) -> tuple[Referee, Iterator[tuple[Frame, Sequen
         try:
             restore_referee(referee, recorded.states[0].blob)
         except StateError as error:
-            problem = "begins with a state that its task cannot go on from"
+            problem = "begins with a state from which its task cannot continue"
             raise StateError(f"'{recorded.path}' {problem}: {error}") from error
     later = (frame for frame in _frames_of(recorded, referee) if frame.time > begun + 1e-9)
     return referee, ((frame, referee.look(frame).lines) for frame in later)

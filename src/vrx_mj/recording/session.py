@@ -169,7 +169,7 @@ def finish(path: Path, file: RawFile, scenes: Sequence[RecordScene]) -> None:
         file.close()
         encode(path, scenes, path)
     except (OSError, UnwrittenError) as error:
-        warnings.warn(f"{error}; what is in it reads, and vrx-mj replay shows it", VrxWarning, stacklevel=2)
+        warnings.warn(f"{error}; what was written is intact, and vrx-mj replay opens it", VrxWarning, stacklevel=2)
     finally:
         if collecting:
             gc.enable()
@@ -371,7 +371,7 @@ def _rates(boat: str, sensor: str, most: float | None, rates: _Rates) -> dict[tu
     check_name(f"sensor of {boat}", sensor, rates[boat])
     own = rates[boat][sensor]
     if most is not None and most > own:
-        raise CommandError(f"{sensor} of {boat} measures {own:g} times a second: it cannot be recorded at {most:g}")
+        raise CommandError(f"{sensor} of {boat} measures at {own:g} Hz: it cannot be recorded at {most:g} Hz")
     return {(boat, sensor): most or own}
 
 

@@ -138,7 +138,7 @@ class _Page(BaseHTTPRequestHandler):
 
 def where_to_look(server: Server, reason: str) -> Iterator[str]:
     """Lines for the person who watches: why in a browser, and how."""
-    yield f"In the browser: {reason}."
+    yield f"Opening in the browser ({reason})."
     yield f"Open {server.page_url}"
     tunnel = " ".join(f"-L {port}:{LOOPBACK}:{port}" for port in server.ports)
     yield f"It listens on this machine only; from another machine, first run: ssh {tunnel} this-machine"

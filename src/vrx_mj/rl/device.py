@@ -43,7 +43,7 @@ class DeviceEnvironment(Environment):
         vars(self).update(vars(host))
         rows = self._device = Batch.of(vars(host)["batch"])
         if not rows.open_water:
-            text = f"boats could touch something in world {rows.world.name}, which MuJoCo has to step"
+            text = f"boats may touch something in world {rows.world.name}, which only MuJoCo can step"
             raise CommandError(f'device cuda: {text}; take device="cpu"')
         own = {name: copy.copy(vars(host)[name]) for name in _PARTS}
         own["actions"] = DeviceActions(rows.boats, rows.channels, host.batch.largest)
@@ -63,7 +63,7 @@ class DeviceEnvironment(Environment):
         """
         if not rows.all():
             text = 'leave out `reset_mask`, or take device="cpu"'
-            raise CommandError(f"device cuda: rows begin anew by themselves; {text}")
+            raise CommandError(f"device cuda: rows reset by themselves; {text}")
         self._host.reset(rows, seed)
         self._device.keep()
         self._kept = {name: _device_arrays(vars(self._host)[name]) for name in _PARTS}

@@ -442,7 +442,7 @@ def _world_of(problem: str, n: int, world: Source | None, fleet: Source | None, 
         VrxError: the world or the fleet is invalid.
     """
     if problem == SCORE and (n != 1 or world is None):
-        needs = f"invalid num_envs {n}: a referee watches one world" if n != 1 else "give a world with a task"
+        needs = f"invalid num_envs {n}: a referee scores one world" if n != 1 else "give a world with a task"
         raise gymnasium.error.Error(f"{SCORE}: {needs}")
     kind, boats = PROBLEMS[problem], None if team is None else team.boats
     if fleet is None:
@@ -450,7 +450,7 @@ def _world_of(problem: str, n: int, world: Source | None, fleet: Source | None, 
     compiled = compile_world(kind.world if world is None else world, fleet=fleet)
     size = len(compiled.boats)
     if boats is not None and size != boats:
-        raise gymnasium.error.Error(f"invalid boats {boats}: the fleet has {size}; give one of the two")
+        raise gymnasium.error.Error(f"invalid boats {boats}: the fleet has {size}; give only one of them")
     if kind.fixed and size != kind.boats:
         raise gymnasium.error.Error(
             f"the fleet has {size} boat{'' if size == 1 else 's'}: {problem} needs {kind.boats}"

@@ -322,8 +322,8 @@ class Bag:
         self._wanted = frozenset(light.union(*named.values()))
         twice = sorted(name for name in self._wanted if f"{name}/compressed" in self._wanted)
         if twice:
-            text = f"the bag takes both raw and compressed pictures of {', '.join(twice[:3])}: raw ones make it large"
-            warnings.warn(f"{text}; name {twice[0]}/compressed for the others alone", VrxWarning, stacklevel=2)
+            text = f"the bag records both raw and compressed images of {', '.join(twice[:3])}: raw images make it large"
+            warnings.warn(f"{text}; name {twice[0]}/compressed to record only the others", VrxWarning, stacklevel=2)
 
     @property
     def subscribed_topics(self) -> frozenset[str]:

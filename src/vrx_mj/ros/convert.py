@@ -198,7 +198,7 @@ class Conversion:
         world = State.from_bytes(saved.blob).world
         boat_set = next((one for one in self._recorded.companies if one.world_sha256 == world), None)
         if boat_set is None:
-            raise RecordError(f"'{self._recorded.path}' is damaged: its state at {time:g} s is of another world")
+            raise RecordError(f"'{self._recorded.path}' is damaged: its state at {time:g} s belongs to another world")
         segment = self._segment(boat_set)
         segment.moment.resume(saved)
         before, segment.moment.time = segment.moment.time, time

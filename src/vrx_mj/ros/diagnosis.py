@@ -82,7 +82,7 @@ class TopicHints:
 def _hint(topic: str, type_name: str, inputs: "Mapping[str, Input]", boats: Sequence[str]) -> str:
     concerns = any(part in topic for part in _OUR_PARTS)
     if topic.endswith(_CMD_VEL) and not any(name.endswith(_CMD_VEL) for name in inputs):
-        return "cmd_vel is off; with --cmd-vel thrust or velocity it drives a boat"
+        return "cmd_vel is off; enable it with --cmd-vel thrust or velocity"
     meant = meant_topic(topic, type_name, inputs, boats)
     if meant is None and concerns:
         tails = (topic.split("/", 2)[-1], topic.rpartition("/")[2])
@@ -92,7 +92,7 @@ def _hint(topic: str, type_name: str, inputs: "Mapping[str, Input]", boats: Sequ
         return f"did you mean {meant}?"
     if not concerns or topic.startswith(_WORLD_TOPICS):
         return "this world has no such topic" if concerns else ""
-    return f"topics of boats begin with /{boats[0]}/" if boats else "there is no boat now"
+    return f"topics of boats begin with /{boats[0]}/" if boats else "the world has no boat now"
 
 
 def meant_topic(topic: str, type_name: str, inputs: "Mapping[str, Input]", boats: Collection[str]) -> str | None:
@@ -207,8 +207,8 @@ class Diagnosis:
             share = round(100.0 * timeout / gaps[len(gaps) // 2])
             self.once(
                 f"{command.topic} slow",
-                f"{command.topic} comes every {gaps[len(gaps) // 2]:.2g} s but a thrust lasts {timeout:g} s: thrust is "
-                f"on {share} % of the time; use -r {2.0 / timeout:g} or more",
+                f"{command.topic} arrives every {gaps[len(gaps) // 2]:.2g} s, but a thrust lasts {timeout:g} s: it is "
+                f"on {share} % of the time; publish with -r {2.0 / timeout:g} or more",
             )
 
     def _check_senders(self, command: "Command") -> None:
@@ -217,7 +217,7 @@ class Diagnosis:
         before = last.get(command.sender, -math.inf)
         if now - before < _TURN_TIME:
             for other in (other for other, time in last.items() if other != command.sender and time >= before):
-                two = f"{command.topic} comes from {command.sender} and from {other}"
+                two = f"{command.topic} is published by {command.sender} and {other}"
                 self.once(f"{command.topic} shared", f"{two}: each message replaces the other's")
         if len(last) > _MOST_SENDERS:
             last.clear()
@@ -230,13 +230,13 @@ class Diagnosis:
         task = self._sim.task
         if task is not None and task["boat"] == boat and task["state"] == "initial" and any(commands.values()):
             free = f"t = {task['ready_time']:g} s"
-            self.once(f"{boat} held", f"{boat} is held by its task until {free}: thrust has no effect before")
+            self.once(f"{boat} held", f"{boat} is held by its task until {free}: thrust has no effect until then")
 
     def check_force(self, boat: str, thruster: Propeller, force: float) -> None:
         """See whether a thruster can give a force [N]."""
         least, most = thruster.max_reverse, thruster.max_forward
         if not least - 1e-6 <= force <= most + 1e-6:
-            force_text = f"{thruster.name} of {boat} is {force:.4g} N, beyond {least:.4g} to {most:.4g} N"
+            force_text = f"{thruster.name} of {boat} is {force:.4g} N, outside {least:.4g} to {most:.4g} N"
             self.once(f"{boat} {thruster.name} N", f"{force_text}: it is clamped to this range")
 
     def look(self) -> None:
@@ -248,10 +248,10 @@ class Diagnosis:
         seen, ashore = self._sim.observe(), _touching_land(self._sim)
         for boat in self._sim.boats:
             capsized, rate = is_capsized(seen[boat]), spin(seen[boat])
-            righted = f"{boat} has capsized; /gazebo/set_model_state rights it"
+            righted = f"{boat} has capsized; right it with /gazebo/set_model_state"
             self._state(f"{boat} capsized", capsized, righted, f"{boat} is upright again")
             fast = f"{boat} spins at {rate:.3g} rad/s, more than {FASTEST_SPIN:g}: check masses, inertias and floats"
-            self._state(f"{boat} spins", rate > FASTEST_SPIN, f"{fast} of its robot", f"{boat} spins no longer")
+            self._state(f"{boat} spins", rate > FASTEST_SPIN, f"{fast} of its robot", f"{boat} has stopped spinning")
             looks = self._ashore.get(boat, 0)
             looks = self._ashore[boat] = max(looks, 0) + 1 if boat in ashore else min(looks, 0) - 1
             if looks >= _AGROUND_CHECKS or looks <= -_AFLOAT_CHECKS:

@@ -302,7 +302,7 @@ def unreachable(host: str, master: str) -> str | None:
         advice = f"set {name} to this machine's address, or unset it"
         return f"other machines cannot reach {here}, the address set by {name}: {advice}"
     if is_wildcard(host):
-        return "no address of this machine was found for other machines to reach: set ROS_IP or --host to one"
+        return "no address of this machine that others can reach was found: set ROS_IP or --host"
     return f"other machines cannot reach {here}, the address of --host {host}: set ROS_IP to this machine's address"
 
 

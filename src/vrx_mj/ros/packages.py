@@ -282,7 +282,7 @@ def put_files(
     for name in links:
         check_inside(top, name, _WHAT)
         if os.path.lexists(top / name):
-            raise VrxError(f"{top / name} exists and is not of this command, or was changed: choose another folder")
+            raise VrxError(f"{top / name} exists and is not as this command wrote it: choose another folder")
 
     def is_ours(name: str) -> bool:
         return name == list_name or _sha256(top / name) in {before.get(name), listed.get(name)}
@@ -290,7 +290,7 @@ def put_files(
     with writing(_WHAT, top):
         gone = [name for name in before.keys() - made.keys() if (top / name).is_file() and is_ours(name)]
     files: dict[str, Content] = {**made, list_name: json.dumps(listed, indent=1) + "\n"}
-    write_files(top, files, _WHAT, replaces=is_ours, kind="of this command, or was changed")
+    write_files(top, files, _WHAT, replaces=is_ours, kind="as this command wrote it")
     with writing(_WHAT, top):
         for name in gone:
             (top / name).unlink()

@@ -104,7 +104,7 @@ class Parameters:
         parts = _parts(key)
         if len(parts) > _MAX_DEPTH or (not parts and not isinstance(value, dict)):
             raise CommandError(
-                f"cannot set {key[:100]}: the root is a dictionary, and names are {_MAX_DEPTH} deep at most"
+                f"cannot set {key[:100]}: the root must be a dictionary, with names of at most {_MAX_DEPTH} levels"
             )
         if self._bytes + value_size(value) > MOST_BYTES:
             raise CommandError(f"more than {MOST_BYTES} bytes of parameters")
@@ -207,7 +207,7 @@ def plain(value: object, depth: int = 0) -> object:
         CommandError: it cannot.
     """
     if depth > _DEEPEST_VALUE:
-        raise CommandError(f"a value is nested more than {_DEEPEST_VALUE} deep")
+        raise CommandError(f"a value is nested more than {_DEEPEST_VALUE} levels deep")
     if isinstance(value, np.generic | np.ndarray):
         value = value.tolist()
     if isinstance(value, Mapping):
@@ -217,7 +217,7 @@ def plain(value: object, depth: int = 0) -> object:
     if isinstance(value, int) and value not in _INTEGERS:
         return float(value)
     if not isinstance(value, str | int | float | Binary | DateTime):
-        raise CommandError(f"a {type(value).__name__} is not a value of a parameter")
+        raise CommandError(f"a {type(value).__name__} cannot be the value of a parameter")
     if isinstance(value, str) and (bad := _NO_XML.search(value)):
         raise CommandError(f"a value has the character U+{ord(bad.group()):04X}, which XML-RPC cannot carry")
     return value

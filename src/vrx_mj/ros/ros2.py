@@ -311,7 +311,7 @@ class Node:
         """The user's class of a type; without one the topic is left out."""
         found = message_class(type_name)
         if found is None:
-            _logger.debug("%s is not published: no %s here", topic, type_name)
+            _logger.debug("%s is not published: %s is not installed", topic, type_name)
         return found
 
 
@@ -379,7 +379,7 @@ class Ros2:
                 shown = f", as {_EXAMPLES[package]}," if package in _EXAMPLES else ""
                 debian = f"ros-{distro}-{package.replace('_', '-')}"
                 lines.append(
-                    f"ROS 2: no {package} here (apt-get install {debian}): its topics{shown} are not published"
+                    f"ROS 2: {package} is not installed (apt-get install {debian}): its topics{shown} are not published"
                 )
         return lines
 

@@ -453,7 +453,7 @@ class _Loop:
         if self._owed > _REPORTED_LAG * self._per_second and not self._is_behind:
             self._is_behind = True
             way = f"catching up at {CATCHING_UP:g} times the pace; lag beyond {MAX_LAG:g} s is dropped"
-            report("WARN", f"behind the pace by {self._owed / self._per_second:.1f} s: {way}")
+            report("WARN", f"{self._owed / self._per_second:.1f} s behind the pace: {way}")
         while (
             self._owed > 0.0 and self._allowed >= 1.0 and time.perf_counter() - begun < _BUDGET and not self._is_over()
         ):
@@ -473,7 +473,7 @@ class _Loop:
 
 def _transports(network: Network, inbox: Inbox, wanted: Wanted, ending: threading.Event) -> Iterator[Transport]:
     if not (wanted.for_ros or wanted.nmea) and wanted.foxglove is None:
-        raise CommandError("no transport is given: --ros1, --rosbridge, --foxglove, --nmea or --ros2 is needed")
+        raise CommandError("no transport: --ros1, --rosbridge, --foxglove, --nmea or --ros2 is needed")
     graph = Graph(network, inbox)
     servers: list[Server] = []
     if wanted.ros1:
@@ -528,9 +528,9 @@ def _greet(server: RosServer, wanted: Wanted, report: Report) -> None:
         report("INFO", f"lockstep: time waits for {topics}")
     for topic in wanted.lockstep or ():
         if not any(topic in table.inputs for table in tables.values()):
-            report("WARN", f"lockstep: no subscriber of {topic} here, so time does not advance")
+            report("WARN", f"lockstep: nothing here subscribes to {topic}, so time does not advance")
     if wanted.paused:
-        report("INFO", "paused: rosservice call /gazebo/unpause_physics starts time")
+        report("INFO", "paused: start time with rosservice call /gazebo/unpause_physics")
     if not is_loopback(wanted.host) and wanted.for_ros:
         report("WARN", f"listening on {wanted.host}: any machine on that network can drive the boats and end the run")
         _show_addresses(wanted, report)

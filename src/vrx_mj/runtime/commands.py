@@ -88,8 +88,8 @@ def _clipping_text(value: float, thruster: Thruster, *, angle: bool) -> str:
     ahead, astern = thruster.max_forward, abs(thruster.max_reverse)
     least, most = thruster.command_limits
     unit = " N" if thruster.in_newtons else ""
-    text = f"{value:.4g}{unit}, beyond {least:g} to {most:g}"
-    return f"{text}: the force is limited to {ahead:g} N ahead, {astern:g} N astern"
+    text = f"{value:.4g}{unit}, outside {least:g} to {most:g}"
+    return f"{text}: the force is clamped to {ahead:g} N ahead, {astern:g} N astern"
 
 
 class CommandNames:

@@ -210,8 +210,8 @@ def energy_of(arrays: LoopArrays, boat: str, index: int, states: Table) -> Float
     measured = own[own >= 0]
     if not arrays.propellers["power"][measured].any():
         raise CommandError(
-            f"no energy for {boat}: none of its thrusters has a `power`; set it in the `propellers` of its robot, "
-            "which act in worlds of profile marine"
+            f"no energy for {boat}: none of its thrusters has a `power`; set it in the robot's `propellers`, "
+            "which only profile marine uses"
         )
     energy: FloatArray = states["energy"][..., measured].sum(axis=-1)
     return energy

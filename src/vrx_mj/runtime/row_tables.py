@@ -141,7 +141,7 @@ def check_memory(n: int, each: int, most: float | None = None) -> None:
     """
     most = float(total_memory() if most is None else most)
     if n * each > most:
-        text = f"{_size(n * each)} are needed, {_size(each)} a row, and at most {_size(most)} can be had"
+        text = f"{_size(n * each)} are needed, {_size(each)} a row, and at most {_size(most)} are available"
         raise CommandError(f"no memory for {n} rows: {text}; make at most {int(most / each)} rows")
 
 
@@ -510,7 +510,7 @@ class Variation:
         pushed = any(table["wind"].any() for table in (arrays.hulls, arrays.floats, arrays.blocks))
         pushed |= len(arrays.windage) > 0 or len(arrays.sail_curves) > 0
         if not pushed and (idle := [key for key in ("wind_speed", "gusts") if key in given and given[key].any()]):
-            text = f"{' and '.join(idle)} without effect: the wind pushes nothing in world {name}"
+            text = f"no effect of {' and '.join(idle)}: the wind pushes nothing in world {name}"
             warnings.warn(f"{text}; give it `wind` with `objects`, or its robot `wind`", VrxWarning, stacklevel=5)
         if not arrays.waves["amplitude"].any() and "waves" in given and given["waves"].any():
-            warnings.warn(f"waves without effect: the sea of world {name} has none", VrxWarning, stacklevel=5)
+            warnings.warn(f"no effect of waves: the sea of world {name} has none", VrxWarning, stacklevel=5)

@@ -182,7 +182,7 @@ def _copied_readings(names: tuple[str, ...], made: dict[str, Reading]) -> Readin
     def read(name: str) -> Reading:
         check_name("sensor", name, names)
         if name not in made:
-            raise SensorError(f"no reading of {name} in a copied observation: look it up before the copy is made")
+            raise SensorError(f"no reading of {name} in a copied observation: read it before copying")
         return made[name]
 
     return Readings(names, read, lambda: made)

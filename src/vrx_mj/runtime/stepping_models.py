@@ -97,7 +97,7 @@ def most_contacts(model: mujoco.MjModel) -> int:
 
 def crowding_message(contacts: int) -> str:
     """Message for bodies with so many contacts."""
-    return f"too many contacts at one place, {contacts}: place the bodies further apart"
+    return f"too many contacts at one place, {contacts}: place the bodies farther apart"
 
 
 @contextmanager

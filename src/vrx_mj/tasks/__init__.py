@@ -46,22 +46,22 @@ TASK_KINDS: Mapping[str, TaskKind] = {
     "stationkeeping": TaskKind(Stationkeeping, "mean error of the pose", "m", "lower", {"goal": "place", **_ERRORS}),
     "wayfinding": TaskKind(
         Wayfinding,
-        "mean of the least errors at the waypoints",
+        "mean of the smallest errors at the waypoints",
         "m",
         "lower",
         {"waypoints": "places", "min_errors": "numbers", "mean_error": "number"},
     ),
     "perception": TaskKind(
-        Perception, "mean error of the reported places (10 for a missed object)", "m", "lower", {"types": None}
+        Perception, "mean error of the reported positions (10 for a missed object)", "m", "lower", {"types": None}
     ),
     "navigation_course": TaskKind(NavigationCourse, "time per gate with penalties (200 for a failure)", "s", "lower"),
-    "follow_path": TaskKind(FollowPath, "points of gates, less those of collisions", "points", "higher"),
-    "dock": TaskKind(Docking, "points of the docking", "points", "higher", _DOCKING),
-    "scan_and_dock": TaskKind(Docking, "points of the colours and the docking", "points", "higher", _DOCKING),
+    "follow_path": TaskKind(FollowPath, "points for gates, minus points for collisions", "points", "higher"),
+    "dock": TaskKind(Docking, "points for docking", "points", "higher", _DOCKING),
+    "scan_and_dock": TaskKind(Docking, "points for the colours and docking", "points", "higher", _DOCKING),
     "scan_dock_deliver": TaskKind(
-        Docking, "points of the colours, the docking and the balls", "points", "higher", _DOCKING
+        Docking, "points for the colours, docking and the balls", "points", "higher", _DOCKING
     ),
-    "wildlife": TaskKind(Wildlife, "time less bonuses", "s", "lower", {"animals": None}),
+    "wildlife": TaskKind(Wildlife, "time minus bonuses", "s", "lower", {"animals": None}),
     "gymkhana": TaskKind(
         Gymkhana,
         "mean distance to the beacon with penalties (200 without the channel)",

@@ -95,7 +95,7 @@ class Wayfinding(Rules):
         """Log at the end how near the boat came."""
         if phase == "finished":
             for number, error in enumerate(self.state.errors, start=1):
-                referee.log(f"waypoint {number} of {len(self._waypoints)}: least error {error:.2f} m")
+                referee.log(f"waypoint {number} of {len(self._waypoints)}: smallest error {error:.2f} m")
 
     def check(self, state: WayfindingState) -> None:
         """Check that there is an error for each waypoint, or none yet.

@@ -193,7 +193,7 @@ def test_a_rate_that_does_not_suit_gets_the_next_one_and_is_told_when_it_stays(o
     assert sim.time == pytest.approx(0.07)
     (line,) = lines[1:]
     suited = "set SIM_RATE_HZ to 100, 50, 25, 20, or `physics: timestep` of the world"
-    assert line == f"a: its autopilot asks for 70 frames per second and gets 100: {suited}"
+    assert line == f"a: its autopilot expects 70 frames per second but gets 100: {suited}"
 
 
 def test_an_autopilot_need_not_keep_to_the_clock_when_the_rate_is_none(world):
@@ -226,7 +226,7 @@ def test_a_pulse_that_no_servo_gets_counts_as_none(one, lines):
     sailed(bridge, sitl, 50, (60000, 1500, 300, *(1500,) * 13))
     assert set(sim.thrust("a").values()) == {0.0}
     assert lines[1:] == [
-        f"a: channel {channel} has {pulse} us: pulses from 500 to 2500 us are needed; no pulse is assumed"
+        f"a: channel {channel} has {pulse} us: pulses from 500 to 2500 us are needed; it is taken as no pulse"
         for channel, pulse in ((1, 60000), (3, 300))
     ]
 

@@ -35,7 +35,7 @@ def test_it_looks_at_everything_and_finds_the_core_working(cli):
     }  # fmt: skip
     assert {row["works"] for row in rows} <= {"yes", "no", "not needed"}
     assert [row["what"] for row in rows if row["works"] == "no" and not row["advice"]] == []
-    assert "What vrx_mj needs works." in said.out
+    assert "Everything that vrx_mj needs works." in said.out
 
 
 def test_a_missing_core_package_fails_and_everything_else_is_still_shown(cli, monkeypatch):

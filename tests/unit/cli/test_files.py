@@ -19,7 +19,7 @@ SOME = {
     "robots": {"wamv"},
     "objects": {"mb_marker_buoy_red", "robotx_light_buoy"},
     "docks": {"dock_2016", "dock_2018", "dock_2022"},
-    "tasks": {"wildlife: time less bonuses, in s; lower is better"},
+    "tasks": {"wildlife: time minus bonuses, in s; lower is better"},
 }
 
 

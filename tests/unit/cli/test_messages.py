@@ -152,7 +152,7 @@ def test_strict_makes_warnings_an_error(cli, folder, monkeypatch, words):
     assert "or --missing ignore)" in cli(*words.split()).err
     said = cli(*words.split(), "--missing", "ignore", "--strict")
     assert said.err.splitlines() == [
-        "team.launch: 1 of 2 parts are not as in Gazebo (`vrx-mj import` lists all)",
+        "team.launch: 1 of 2 parts differ from Gazebo (`vrx-mj import` lists all)",
         "  team.launch:3: <include> sensor.launch not read: no package named 'driver'",
     ]
     assert (said.code, said.out, STRICT.get()) == (2, "", False)

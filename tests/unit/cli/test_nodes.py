@@ -31,7 +31,7 @@ def test_options_of_serve_pass_and_those_of_gzserver_are_left_out_in_one_line(ca
     (line,) = NODES["vrx_mj_serve"](["vrx_gazebo/vrx.launch", extra], HOME)
     assert line == ["serve", "vrx_gazebo/vrx.launch", "--ros1", "--rosbridge", "9091", "--record=run.rrd"]
     assert capsys.readouterr().err == (
-        "extra_gazebo_args: ignored: -r --record_path /tmp/log --verbose; what vrx-mj serve takes is used\n"
+        "extra_gazebo_args: -r --record_path /tmp/log --verbose ignored; only options of vrx-mj serve are used\n"
     )
 
 

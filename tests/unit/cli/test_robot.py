@@ -44,7 +44,7 @@ def test_one_that_is_not_ends_with_one_and_says_where_each_part_may_go(cli):
     assert "outside every box; it misses component_compliance_for by 0.3 m: 0.3 m too far aft" in said.out
     assert "nearest legal place: 0.3 0 1.5 in component_compliance_for" in said.out
     assert "nearest legal place: -0.9 0.5 1.5 in component_compliance_aft" in said.out
-    assert "not compliant: 2 of 2 parts break a rule\nit can be built and sailed all the same\n" in said.out
+    assert "not compliant: 2 of 2 parts break a rule\nit can still be built and sailed\n" in said.out
     assert said.out.endswith(
         f"{LAST} not compliant; it logs errors on the way, which fails the boat in a competition\n"
     )
@@ -333,7 +333,7 @@ def test_parts_of_a_hull_that_overlap_are_said(cli, folder):
     assert (said.code, said.err) == (
         0,
         (
-            "warning: mesh two.obj: its surfaces overlap: 4 of 8 m3 count twice and lift too much; join them to "
+            "warning: mesh two.obj: its surfaces overlap: 4 of 8 m3 count twice and add buoyancy; join them to "
             "one, for "
             "example with Blender's Boolean union\n"
         ),
@@ -356,7 +356,8 @@ TWISTED = re.sub(r"v 2 (-?)1", lambda found: "v 2 1" if found[1] else "v 2 -1", 
         (
             scene(((-2000, -1000, 0), (2000, 1000, 1000))),
             (
-                "it hardly touches the water: it has 4100 kg, its hull's 8e+09 m3 carry 8.2e+12 kg; check the mesh's "
+                "it hardly touches the water: its mass is 4100 kg, but its hull's 8e+09 m3 carry 8.2e+12 kg; "
+                "check the mesh's "
                 "unit (m; --scale 0.001 takes one in mm)"
             ),
         ),
@@ -373,7 +374,10 @@ def test_hulls_without_a_sheet(cli, folder, text, message):
     [
         (
             ["--mass", "41000"],
-            "it sinks: it has 41000 kg, its hull's 12 m3 carry 1.23e+04 kg; check the mesh's unit (m), or its --scale",
+            (
+                "it sinks: its mass is 41000 kg, but its hull's 12 m3 carry 1.23e+04 kg; check the mesh's unit (m), "
+                "or its --scale"
+            ),
         ),
         (["--mass", "-1"], "invalid --mass '-1': a number above 0 is needed"),
         (["--mass", "nan"], "invalid --mass 'nan': a number above 0 is needed"),

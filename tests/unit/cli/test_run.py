@@ -32,7 +32,7 @@ def nonsense(obs, t):
 """
 
 
-CALM = "nothing that moves boats here is random: every --seed gives the same run, except for sensor noise\n"
+CALM = "nothing random moves the boats: every --seed gives the same run, except for sensor noise\n"
 
 
 def summary_of(cli, *words):
@@ -143,7 +143,7 @@ def test_a_compiled_world_opens_in_plain_mujoco_and_sails(cli, folder, tmp_path,
     scene = folder / named
     assert mujoco.MjModel.from_xml_path(str(scene)).nbody > 1
     place = told.split("'")[1]
-    assert told.endswith("water, wind and thrust act only in vrx_mj itself (vrx-mj run, vrx-mj view)\n")
+    assert told.endswith("water, wind and thrust exist only in vrx_mj (vrx-mj run, vrx-mj view)\n")
     assert Simulation.load(folder / place).boats == ("wamv",)
 
 

@@ -82,7 +82,7 @@ def test_the_namespace_of_the_links_is_the_name(served, asked, capsys):
     assert spawn_model(["-urdf", "-param", "/fleet/robot_description", "-model", "wamv", "-J", "a", "1"], HERE) == []
     assert asked[0][1].model_name == "cat"
     assert capsys.readouterr().err == (
-        "-J a 1 is ignored: joints begin at 0\n"
+        "-J a 1 is ignored: joints start at 0\n"
         "-model wamv: the model is called cat here, as its topics are\n"
         "cat joins\n"
     )

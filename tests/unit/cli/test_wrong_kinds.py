@@ -73,11 +73,11 @@ MODELS = {"--fleet": {"model.sdf"}, "trial": {"model.sdf"}}
 """Models that are read as boats, with the messages of boats."""
 QUOTED = re.compile(r"RRF2|FourCC|RRD|Errno|Traceback|Exception|UnicodeDecode|trimesh|pydantic")
 """Words of libraries, which no message has."""
-SAILED = "vrx-mj run bay.world sails it, vrx-mj import bay.world -o FOLDER writes it as YAML"
-SERIES = "axes.yaml: axes of a series of worlds, one of which commands take as WORLD, with its number: axes.yaml#0"
+SAILED = "vrx-mj run bay.world sails it, vrx-mj import bay.world -o FOLDER converts it to YAML"
+SERIES = "axes.yaml: axes of a series of worlds; pass one of them as WORLD by its number: axes.yaml#0"
 WHOLE = [
-    ("replay", "bay.world", f"'bay.world' is a world of Gazebo (SDF), not a recording: {SAILED}"),
-    ("compare", "hull.stl", "'hull.stl' is a mesh, not a recording: a robot or an object names it"),
+    ("replay", "bay.world", f"'bay.world' is a Gazebo world (SDF), not a recording: {SAILED}"),
+    ("compare", "hull.stl", "'hull.stl' is a mesh, not a recording: name it in a robot or an object"),
     (
         "score",
         "world.yaml",
@@ -89,41 +89,41 @@ WHOLE = [
     (
         "case",
         "fleet.yaml",
-        "fleet.yaml: the file of a fleet, which commands take with --fleet: it has the key 'positions'",
+        "fleet.yaml: it has the key 'positions', of a fleet; pass it with --fleet",
     ),
     ("case", "axes.yaml", SERIES),
     (
         "WORLD",
         "case.yaml",
-        "case.yaml: the file of a case, which vrx-mj validate takes with --case: it has the key 'signals'",
+        "case.yaml: it has the key 'signals', of a case; pass it to vrx-mj validate with --case",
     ),
     (
         "score",
         "boats.zip",
-        "'boats.zip' is an archive, not a recording: unpack it, then vrx-mj run takes the folder",
+        "'boats.zip' is an archive, not a recording: unpack it, and pass the folder to vrx-mj run",
     ),
     ("--fleet", "axes.yaml", SERIES),
     ("components", "axes.yaml", SERIES),
     (
         "--fleet",
         "bay.world",
-        "bay.world:1:1: <sdf>: this is a world without a <model>: give it as WORLD",
+        "bay.world:1:1: <sdf>: this is a world without a <model>: pass it as WORLD",
     ),
     (
         "WORLD",
         "notes.txt",
         (
-            "'notes.txt' is a file that does not end in .yaml, not a world: a world is a YAML file, which vrx-mj "
-            "import makes of Gazebo's; VRX's own come with vrx_mj (vrx-mj list worlds)"
+            "'notes.txt' is a file that does not end in .yaml, not a world: a world is a YAML file; vrx-mj "
+            "import converts Gazebo's, and VRX's come with vrx_mj (vrx-mj list worlds)"
         ),
     ),
-    ("axes", "bay.world", f"'bay.world' is a world of Gazebo (SDF), not an axes file: {SAILED}"),
-    ("case", "bay.world", f"bay.world: a world of Gazebo (SDF), not a case: {SAILED}"),
+    ("axes", "bay.world", f"'bay.world' is a Gazebo world (SDF), not an axes file: {SAILED}"),
+    ("case", "bay.world", f"bay.world: a Gazebo world (SDF), not a case: {SAILED}"),
     (
         "import",
         "scene.xml",
         (
-            "'scene.xml' is MJCF of MuJoCo, not a file to import, which ends in .world, .world.xacro, .launch, .sdf, "
+            "'scene.xml' is MuJoCo's MJCF, not a file to import, which ends in .world, .world.xacro, .launch, .sdf, "
             ".sdf.erb, .urdf, .urdf.xacro; or a folder: python -m mujoco.viewer --mjcf=scene.xml shows it"
         ),
     ),
@@ -143,7 +143,7 @@ def tried(cli, folder):
     return lambda line, name: cli(*(name if word == "FILE" else word for word in line.split()))
 
 
-@pytest.mark.filterwarnings("ignore:.*no boat is in this world")
+@pytest.mark.filterwarnings("ignore:.*this world has no boats")
 @pytest.mark.parametrize("command", COMMANDS)
 def test_wrong_kind_of_file_is_an_error_of_one_file_in_plain_words(tried, command):
     line, taken = COMMANDS[command]

@@ -19,9 +19,7 @@ def test_a_library_of_macros_is_no_robot(tmp_path, monkeypatch):
     (tmp_path / "parts.xacro").write_text(text, encoding="utf-8")
     with pytest.raises(ConfigError) as caught:
         build_boat(Order("parts.xacro", tmp_path))
-    assert str(caught.value) == (
-        "parts.xacro: robot: has no links, only macros: 'a', 'b'; name the file that calls them"
-    )
+    assert str(caught.value) == ("parts.xacro: robot: only defines macros: 'a', 'b'; name the file that uses them")
 
 
 def test_names_that_ros_refuses_are_said(tmp_path):

@@ -194,6 +194,6 @@ def test_a_first_row_may_begin_with_a_blank(tmp_path, layout):
 
 def test_one_row_of_a_list_is_a_row_and_no_name():
     assert load_world({"docks": [{"name": "a", "layout": ["X X"]}]}).docks[0].cells == ((0, 0), (0, 2))
-    text = "<world>: docks[0].layout[0]: row 1, column 1: 'd' in a dock; only X and blank"
+    text = "<world>: docks[0].layout[0]: row 1, column 1: 'd' in a dock; use only X and space"
     with pytest.raises(ConfigError, match=f"^{re.escape(text)}$"):
         load_world({"docks": [{"name": "a", "layout": ["dock_2016"]}]})

@@ -48,7 +48,7 @@ def test_the_published_file_places_three_boats_and_says_once_what_its_headings_l
         fleet = [boat for boat, _ in load_fleet(guide, world).boats_in(world)]
     (text,) = (str(item.message) for item in caught)
     assert text == (
-        "fleet usv_config: its headings point outward only as compass bearings, and are read as degrees "
+        "fleet usv_config: its headings point outward as compass bearings only, but are read as degrees "
         "counter-clockwise from x; write `headings: compass` for bearings, or `headings: math` to keep this"
     )
     assert [boat.name for boat in fleet] == ["wamv1", "wamv2", "wamv3"]

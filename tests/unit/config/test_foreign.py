@@ -19,38 +19,41 @@ from vrx_mj.mjcf.compile import compile_world
 
 SDF = '<?xml version="1.0"?>\n<sdf version="1.6"><world name="mine"/></sdf>\n'
 WORLD = (
-    "not a world: a world is a YAML file, which vrx-mj import makes of Gazebo's; VRX's own come with vrx_mj "
-    "(vrx-mj list worlds)"
+    "not a world: a world is a YAML file; vrx-mj import converts Gazebo's, and VRX's come with vrx_mj (vrx-mj "
+    "list worlds)"
 )
 ROBOT = "vrx-mj run example_course --fleet {file} sails it"
-ROS2 = "it is a program, which is not run: name its world and its boat, vrx-mj run WORLD --fleet BOAT.urdf"
-BAG = "it is played beside vrx-mj serve, by rosbag play or ros2 bag play"
-IN_SDF = (
-    "a world in it is sailed by vrx-mj run {file}, a boat by --fleet {file}; a model is named in a world's `objects`"
-)
-SAILED = "vrx-mj run {file} sails it, vrx-mj import {file} -o FOLDER writes it as YAML"
+ROS2 = "it is a program, which is not run: name its world and boat, vrx-mj run WORLD --fleet BOAT.urdf"
+BAG = "play it with rosbag play or ros2 bag play, while vrx-mj serve runs"
+IN_SDF = "vrx-mj run {file} sails a world, --fleet {file} a boat; name a model in a world's `objects`"
+SAILED = "vrx-mj run {file} sails it, vrx-mj import {file} -o FOLDER converts it to YAML"
 FOREIGN = [
-    ("my.xml", SDF, "SDF of Gazebo", IN_SDF),
-    ("scene.xml", "<mujoco/>", "MJCF of MuJoCo", "python -m mujoco.viewer --mjcf={file} shows it"),
+    ("my.xml", SDF, "Gazebo SDF", IN_SDF),
+    ("scene.xml", "<mujoco/>", "MuJoCo's MJCF", "python -m mujoco.viewer --mjcf={file} shows it"),
     (
         "start.launch",
         "<launch/>",
-        "a launch file of ROS",
-        "vrx-mj run {file} sails it; --fleet {file} takes its boats alone",
+        "a ROS launch file",
+        "vrx-mj run {file} sails it; --fleet {file} takes only its boats",
     ),
-    ("start.launch.py", "", "a launch file of ROS 2", ROS2),
-    ("start.launch.xml", "<launch/>", "a launch file of ROS 2", ROS2.partition(": ")[2].replace("its boat", "boat")),
-    ("boat.urdf", "<robot/>", "the description of a robot (URDF)", ROBOT),
-    ("boat.urdf.xacro", "<robot/>", "a description in xacro", ROBOT),
-    ("model.sdf.erb", "", "a template of Gazebo", "vrx-mj import {file} -o FOLDER reads the layout of a dock from it"),
-    ("package.xml", "<package/>", "the package.xml of a ROS package", "vrx-mj run takes the folder that it is in"),
-    ("model.config", "<model/>", "the model.config of a model of Gazebo", "a world names its folder, as model://NAME"),
-    ("hull.dae", "", "a mesh", "a robot or an object names it"),
-    ("run.bag", "", "a bag of ROS 1", BAG),
+    ("start.launch.py", "", "a ROS 2 launch file", ROS2),
+    ("start.launch.xml", "<launch/>", "a ROS 2 launch file", ROS2.partition(": ")[2]),
+    ("boat.urdf", "<robot/>", "a robot description (URDF)", ROBOT),
+    ("boat.urdf.xacro", "<robot/>", "a robot description (xacro)", ROBOT),
+    ("model.sdf.erb", "", "a Gazebo template", "vrx-mj import {file} -o FOLDER reads the layout of a dock from it"),
+    ("package.xml", "<package/>", "the package.xml of a ROS package", "pass its folder to vrx-mj run"),
+    (
+        "model.config",
+        "<model/>",
+        "the model.config of a Gazebo model",
+        "name its folder in a world's `objects`, as model://NAME",
+    ),
+    ("hull.dae", "", "a mesh", "name it in a robot or an object"),
+    ("run.bag", "", "a ROS 1 bag", BAG),
     ("run.mcap", "", "a bag", BAG),
-    ("run.rrd", "", "a recording of rerun", "vrx-mj replay {file} opens it"),
-    ("follow.py", "", "a program in Python", "--control module:function takes a controller"),
-    ("scene.json", "", "a part of a saved world", "vrx_mj.Simulation.load takes its folder"),
+    ("run.rrd", "", "a rerun recording", "vrx-mj replay {file} opens it"),
+    ("follow.py", "", "a Python program", "pass a controller with --control module:function"),
+    ("scene.json", "", "a part of a saved world", "load its folder with vrx_mj.Simulation.load"),
     ("other.xml", "<x/>", "XML", ""),
     ("map.png", "", "a picture", ""),
     ("state.json", "{}", "JSON", ""),
@@ -109,7 +112,7 @@ def test_a_file_in_the_place_of_another_is_called_by_its_kind(here):
             if kind == slot or {kind, slot} == {"thrusters", "components"}:
                 continue
             key = text.partition(":")[0]
-            said = f"{kind}.yaml: the file of {USES[kind]}: it has the key '{key}'"
+            said = f"{kind}.yaml: it has the key '{key}', of {USES[kind]}"
             assert message(lambda load=load, kind=kind: load(f"{kind}.yaml")) == said, slot
 
 
@@ -143,9 +146,9 @@ def test_of_a_path_that_leads_nowhere_near_names_are_said(here, given, said):
 
 
 @pytest.mark.parametrize(("file", "what"), [
-    ("./my.world", "a world of Gazebo (SDF)"),
-    ("my.world.xacro", "a world of Gazebo (SDF in xacro)"),
-    ("my.sdf", "SDF of Gazebo"),
+    ("./my.world", "a Gazebo world (SDF)"),
+    ("my.world.xacro", "a Gazebo world (SDF in xacro)"),
+    ("my.sdf", "Gazebo SDF"),
 ])  # fmt: skip
 def test_a_world_of_gazebo_is_read_but_not_extended(here, file, what):
     (here / file).write_text(SDF, encoding="utf-8")
@@ -165,7 +168,7 @@ def test_a_file_that_is_no_object_or_dock(here):
         "docks: [{name: b, layout: ./my.sdf}]",
     )
     (here / "mine.yaml").write_text("\n".join(lines), encoding="utf-8")
-    what, robot = "'./my.sdf' is SDF of Gazebo", "'./my.urdf' is the description of a robot (URDF)"
+    what, robot = "'./my.sdf' is Gazebo SDF", "'./my.urdf' is a robot description (URDF)"
     assert message(lambda: load_world("mine.yaml")).splitlines() == [
         f"mine.yaml:1:28: objects[0].model: {robot}, not an object model: {ROBOT.format(file='./my.urdf')}",
         f"mine.yaml:2:27: docks[0].layout: {what}, not a dock layout: {IN_SDF.format(file='./my.sdf')}",
@@ -178,7 +181,7 @@ def test_an_object_does_not_extend_sdf(here):
     (here / "buoy.yaml").write_text("extends: ./my.sdf\nmass: 5\n", encoding="utf-8")
     said = f"not an object model: {IN_SDF.format(file='./my.sdf')}"
     (here / "mine.yaml").write_text("objects: [{name: a, model: ./buoy.yaml}]", encoding="utf-8")
-    assert message(lambda: load_world("mine.yaml")) == f"buoy.yaml:1:10: extends: './my.sdf' is SDF of Gazebo, {said}"
+    assert message(lambda: load_world("mine.yaml")) == f"buoy.yaml:1:10: extends: './my.sdf' is Gazebo SDF, {said}"
 
 
 def test_an_object_in_sdf_is_a_model(here):
@@ -186,18 +189,18 @@ def test_an_object_in_sdf_is_a_model(here):
     (here / "mine.yaml").write_text("objects: [{name: a, model: ./my.sdf}]", encoding="utf-8")
     assert (
         message(lambda: load_world("mine.yaml"))
-        == "my.sdf:2:1: <sdf>: this is a world without a <model>: give it as WORLD"
+        == "my.sdf:2:1: <sdf>: this is a world without a <model>: pass it as WORLD"
     )
 
 
 def test_a_file_of_another_kind_is_called_by_its_kind(here):
     (here / "fleet.yaml").write_text("usv_count: 2\nlayout: line\nsensors: none\n", encoding="utf-8")
     (here / "world.yaml").write_text("extends: ocean\nsea: {gain: 0.2}\n", encoding="utf-8")
-    text = "fleet.yaml: the file of a fleet, which commands take with --fleet: it has the key 'layout'"
+    text = "fleet.yaml: it has the key 'layout', of a fleet; pass it with --fleet"
     assert message(lambda: load_world("fleet.yaml")) == text
     (here / "mine.yaml").write_text("extends: fleet.yaml\n", encoding="utf-8")
     assert message(lambda: load_world("mine.yaml")) == text
-    text = "world.yaml: the file of a world, which commands take as WORLD: it has the key 'sea'"
+    text = "world.yaml: it has the key 'sea', of a world; pass it as WORLD"
     assert message(lambda: load_fleet("world.yaml", load_world("ocean"))) == text
 
 

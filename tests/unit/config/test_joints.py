@@ -73,26 +73,30 @@ def test_links_come_after_those_they_hang_on():
         (
             [joint(parent="arm", child="link")],
             ["arm"],
-            ["joints[0].child: 'link', the root link, hangs on nothing; swap parent and child"],
+            ["joints[0].child: 'link' is the root link, which has no parent; swap parent and child"],
         ),
         (
             [joint("p", "a", "b"), joint("q", "b", "c"), joint("r", "c", "a")],
             ["a", "b", "c"],
-            ["joints[0]: the links hang on each other in a circle: b > a > c > b"],
+            ["joints[0]: the links form a loop: b > a > c > b"],
         ),
         (
             [joint("p"), joint("q", "b", "arm"), joint("r", "link", "b")],
             ["arm", "b"],
-            ["joints[1].child: link 'arm' already hangs on the joint 'p'"],
+            ["joints[1].child: link 'arm' is already the child of joint 'p'"],
         ),
         ([joint("p"), joint("p", "arm", "b")], ["arm", "b"], ["joints[1].name: duplicate name 'p'"]),
         (
             [joint()],
             ["arm", "b"],
-            ["links[1].name: no joint has the link 'b' as its child; only 'link', the root, needs none"],
+            ["links[1].name: link 'b' is not the child of a joint; only the root link 'link' may have none"],
         ),
         ([joint()], ["arm", "link"], ["links[1].name: duplicate name 'link'"]),
-        ([], ["arm"], ["links[0].name: no joint has the link 'arm' as its child; only 'link', the root, needs none"]),
+        (
+            [],
+            ["arm"],
+            ["links[0].name: link 'arm' is not the child of a joint; only the root link 'link' may have none"],
+        ),
     ],
 )
 @pytest.mark.usefixtures("here")
@@ -103,7 +107,7 @@ def test_joints_make_a_tree(here, joints, links, expected):
 @pytest.mark.parametrize(
     ("changed", "expected"),
     [
-        ({"axis": {"xyz": [0, 0, 0]}}, "axis.xyz: must have a length, got [0, 0, 0]"),
+        ({"axis": {"xyz": [0, 0, 0]}}, "axis.xyz: must not be zero, got [0, 0, 0]"),
         ({"axis": {"xyz": [0, float("nan"), 0]}}, "axis.xyz[1]: must be finite, got nan"),
         ({"axis": {"limits": [2, 1]}}, "axis.limits: lower must be below upper, got [2, 1]"),
         ({"axis": {"limits": [1]}}, "axis.limits: expected 2 numbers [lower, upper], got [1]"),

@@ -19,14 +19,12 @@ def test_a_file_of_a_known_kind_is_called_what_it_is(tmp_path, end):
 
 def test_axes_are_no_fleet():
     assert other_kind("fleets", {"wind": AXIS, "sea": AXIS}) == (
-        "axes of a series of worlds, one of which commands take as WORLD, with its number: axes.yaml#0"
+        "axes of a series of worlds; pass one of them as WORLD by its number: axes.yaml#0"
     )
     assert other_kind("fleets", {"boats": AXIS}) == other_kind("fleets", {"wind": AXIS})
     assert other_kind("fleets", {}) is None
 
 
 def test_the_file_of_a_world_is_no_fleet():
-    assert other_kind("fleets", {"sea": {}}) == (
-        "the file of a world, which commands take as WORLD: it has the key 'sea'"
-    )
+    assert other_kind("fleets", {"sea": {}}) == ("it has the key 'sea', of a world; pass it as WORLD")
     assert other_kind("fleets", {"sea": {}, "boats": []}) is None

@@ -98,7 +98,7 @@ def test_a_dock_is_found_by_name_and_by_path(here):
 def test_a_drawing_from_python_says_row_and_column():
     with pytest.raises(ConfigError) as caught:
         load_dock("XX\nXY\n")
-    assert str(caught.value) == "<dock>:2:2: row 2, column 2: 'Y' in a dock; only X and blank"
+    assert str(caught.value) == "<dock>:2:2: row 2, column 2: 'Y' in a dock; use only X and space"
 
 
 def test_a_robot_is_found_in_its_folder(here):

@@ -97,7 +97,7 @@ def test_a_dict_of_python_names_files_anywhere_which_a_file_may_not(here, monkey
     assert re.fullmatch(
         rf"<fleet>: robot: no file '\S+mine.yaml'{' in the current folder' if place == '../' else ''}", wrong
     )
-    assert "leaves the folder of the file that names it; add its folder by --allow" in error(
+    assert "leaves the folder of the file that names it; add its folder with --allow" in error(
         lambda: load_fleet(write("f.yaml", yaml.safe_dump(given)), world)
     )
 
@@ -142,4 +142,4 @@ def test_vrx_s_sensors_beside_an_own_file_are_warned_of():
         compile_world("w.yaml")
     notes = str(caught[0].message).splitlines()
     assert notes[0] == "robot ./mine.urdf:"
-    assert notes[-1] == "`sensors: vrx` adds no sensor: it carries those of its own files, none"
+    assert notes[-1] == "`sensors: vrx` adds no sensors: its own files define them, none"

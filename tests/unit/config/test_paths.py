@@ -48,7 +48,7 @@ def test_a_path_may_start_in_its_middle():
 @pytest.mark.parametrize(
     ("path", "text"),
     [
-        ({}, "<world>: objects[0].path.waypoints: required, unless circle or line is given"),
+        ({}, "<world>: objects[0].path.waypoints: required unless circle or line is given"),
         (
             {"circle": {"radius": 1}, "line": {"length": 2}},
             "<world>: objects[0].path.line: give waypoints, circle or line, not circle and line",
@@ -139,4 +139,4 @@ def test_a_field_has_a_name_of_its_own():
 
 def test_markers_are_round():
     text = message(markers={"scaling": [0.2, 0.3, 2.0]})
-    assert text == ("<world>: markers.scaling: the first two must be equal, as a marker is round, got [0.2, 0.3, 2]")
+    assert text == ("<world>: markers.scaling: the first two must be equal, since markers are round; got [0.2, 0.3, 2]")

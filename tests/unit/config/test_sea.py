@@ -47,11 +47,11 @@ def test_a_spectrum_of_a_file_has_its_height_and_peak(tmp_path):
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        ({"model": "jonswap"}, "sea.significant_height: required, unless sea_state is given"),
-        ({"model": "pm"}, "sea.significant_height: required, unless sea_state is given"),
+        ({"model": "jonswap"}, "sea.significant_height: required unless sea_state is given"),
+        ({"model": "pm"}, "sea.significant_height: required unless sea_state is given"),
         (
             {"model": "tma", "significant_height": 0.3},
-            "sea.depth: required for `model: tma`, shallow water; in deep water it is jonswap",
+            "sea.depth: required for `model: tma`, a sea in shallow water; for deep water use jonswap",
         ),
         (
             {"model": "pm", "significant_height": 1.0, "sea_state": 2},
@@ -60,22 +60,23 @@ def test_a_spectrum_of_a_file_has_its_height_and_peak(tmp_path):
         (
             {"model": "jonswap", "significant_height": 3.0, "peak_period": 3.0},
             (
-                "sea.significant_height: a sea of 3 s breaks at 0.937 m, got 3 m; give less height, or a longer "
+                "sea.significant_height: a sea of 3 s breaks at 0.937 m, got 3 m; reduce the height, or use a longer "
                 "peak_period"
             ),
         ),
         (
             {"model": "pm", "sea_state": 6, "depth": 4.0},
             (
-                "sea.model: a sea of 11.2 s breaks at 3.42 m in 4 m of water, got 5 m; give less height, or a longer "
-                "peak_period or more depth"
+                "sea.model: a sea of 11.2 s breaks at 3.42 m in 4 m of water, got 5 m; reduce the height, or use "
+                "a longer "
+                "peak_period or greater depth"
             ),
         ),
         ({"model": "file"}, "sea.file: required for `model: file`"),
         ({"model": "regular"}, "sea.height: required for `model: regular`"),
         (
             {"model": "stokes5", "height": 3.0, "period": 3.0},
-            "sea.height: a wave of 3 s breaks at 2 m, got 3 m; give less height, or a longer period",
+            "sea.height: a wave of 3 s breaks at 2 m, got 3 m; reduce the height, or use a longer period",
         ),
         ({"model": "jonswap", "sea_state": 7}, "sea.sea_state: must be below 7, got 7"),
         ({"model": "jonswap", "sea_state": 2, "components": 501}, "sea.components: must be at most 500, got 501"),
@@ -92,7 +93,7 @@ def test_what_cannot_be_a_sea(keys, message):
     [
         ("", "at least 2 points, not all of density 0, are needed, got 0"),
         ("0.1 0\n0.2 0\n", "at least 2 points, not all of density 0, are needed, got 2"),
-        ("0.1 1\n0.1 2\n", "line 2: a frequency above that of the line before, 0.1 Hz, is needed, got '0.1 2'"),
+        ("0.1 1\n0.1 2\n", "line 2: a frequency above 0.1 Hz, that of the previous line, is needed, got '0.1 2'"),
         ("0.1 1\n0.2 -2\n", "line 2: a frequency above 0 and a density of 0 or more are needed, got '0.2 -2'"),
         ("0 1\n0.2 2\n", "line 1: a frequency above 0 and a density of 0 or more are needed, got '0 1'"),
         ("0.1 nan\n0.2 2\n", "line 1: a frequency above 0 and a density of 0 or more are needed, got '0.1 nan'"),

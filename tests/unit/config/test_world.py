@@ -216,8 +216,8 @@ def test_a_world_without_a_profile_gets_marine_and_a_process_one_notice(monkeypa
         load_world({"name": "lake"})
     (notice,) = caught
     assert str(notice.message) == (
-        "world bay: it names no `physics: profile` and has marine, the default, which was vrx in version 0.1; write "
-        "`physics: {profile: vrx}` for that"
+        "world bay: without `physics: profile`, marine is the default, which was vrx in version 0.1; write "
+        "`physics: {profile: vrx}` to keep that"
     )
     assert notice.category is VrxWarning
     assert (plain.physics.profile, plain.physics.gravity, plain.physics.at_base_link) == ("marine", 9.80665, ())
@@ -237,8 +237,8 @@ def test_the_start_file_of_a_world_loads():
 
 @pytest.mark.parametrize(("sea", "text"), [
     ({"model": "cwr"}, "its cwr sea is flat: sea.amplitude is 0"),
-    ({"depth": 5}, "waves of a pms sea are those of deep water; sea.depth is where echo sounders find the bottom"),
-    ({"sea_state": 2}, "its sea is jonswap, as `pms` has no significant height; write `model: jonswap`"),
+    ({"depth": 5}, "a pms sea has the waves of deep water; sea.depth only affects echo sounders"),
+    ({"sea_state": 2}, "its sea is jonswap: `pms` has no significant height; write `model: jonswap`"),
 ])  # fmt: skip
 def test_a_sea_that_may_be_meant_otherwise_is_warned_of(sea, text):
     with pytest.warns(VrxWarning) as caught:

@@ -34,10 +34,10 @@ def test_rows_in_the_simulator_are_those_of_the_cpu_to_the_bit():
 def test_environments_in_the_simulator_are_those_of_the_cpu_to_the_bit():
     """Steps, rewards, facts and episodes of every problem in open water, and nothing waits for the device."""
     touch, picture, mode, unknown, some, shape = run(str(HERE / "simulated_environment.py"), NUMBA_ENABLE_CUDASIM="1")
-    assert touch.startswith("device cuda: boats could touch something in world world")
+    assert touch.startswith("device cuda: boats may touch something in world world")
     assert picture == mode == "device cuda: use make_vec, without render_mode, with autoreset_mode NextStep"
     assert unknown == "no device named 'tpu'; known: cpu, cuda"
-    assert some.startswith("device cuda: rows begin anew by themselves; leave out `reset_mask`")
+    assert some.startswith("device cuda: rows reset by themselves; leave out `reset_mask`")
     assert shape == "invalid actions of shape (3,): (2, 4) is needed"
 
 

@@ -277,7 +277,7 @@ def test_the_browser_is_served_on_the_loopback_address_alone(trio, monkeypatch):
     ports, listening, running = shown
     assert (running, listening) == (True, [["0100007F"], ["0100007F"]])  # 127.0.0.1
     page = f"http://127.0.0.1:{ports[0]}/?url=rerun%2Bhttp%3A%2F%2F127.0.0.1%3A{ports[1]}%2Fproxy&hide_welcome_screen=1"
-    assert told[:2] == ["In the browser: as asked.", f"Open {page}"]
+    assert told[:2] == ["Opening in the browser (--browser).", f"Open {page}"]
     assert told[-1] == "stopped at 0.0 s of simulated time"
     assert [addresses(port) for port in ports] == [[], []]
     assert signal.getsignal(signal.SIGTERM) == before

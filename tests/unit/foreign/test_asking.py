@@ -180,7 +180,7 @@ def test_the_clock_is_limited(monkeypatch):
 
 
 def test_an_answer_is_limited():
-    assert reason("flood", returns=bytes, answer=1 << 20) == "it comes to more than 1 MiB"
+    assert reason("flood", returns=bytes, answer=1 << 20) == "more than 1 MiB"
 
 
 @LINUX
@@ -192,7 +192,7 @@ def test_limits_of_the_system_hold_for_native_code_too():
 
 def limited(monkeypatch, unit, most):
     monkeypatch.setitem(asking.TOGETHER, unit, most)
-    return f"the files of this command come to more than {most} {unit}"
+    return f"the files of this command take more than {most} {unit}"
 
 
 def test_all_jobs_of_a_command_have_one_budget(monkeypatch):
@@ -240,7 +240,7 @@ def test_what_is_ended_counts_with_all_that_it_might_take(monkeypatch):
 
 @LINUX
 def test_a_process_that_ends_is_one_line_and_again():
-    assert reason("aborts") == "its reader was ended by SIGABRT"
+    assert reason("aborts") == "its reader was killed by SIGABRT"
     assert told("modules", returns=list[str])
 
 
@@ -249,7 +249,7 @@ def test_a_process_that_is_killed_meanwhile_is_one_line_and_again():
     told("modules", returns=list[str])
     pid = asking.READER._process.pid
     threading.Timer(0.2, os.kill, (pid, signal.SIGKILL)).start()
-    assert reason("asleep") == "its reader was ended by SIGKILL"
+    assert reason("asleep") == "its reader was killed by SIGKILL"
     assert told("modules", returns=list[str])
 
 
@@ -335,7 +335,7 @@ def test_where_the_system_cannot_fork_each_job_has_a_process(monkeypatch, inside
     asking.READER.end()
     assert told("content", str(inside / "a.txt"), reads=[inside]) == "content"
     assert asking.READER._process is None
-    assert reason("flood", returns=bytes, answer=1 << 20) == "it comes to more than 1 MiB"
+    assert reason("flood", returns=bytes, answer=1 << 20) == "more than 1 MiB"
     assert "not allowed to read" in reason("content", str(inside.parent / "secret.txt"), reads=[inside])
 
 

@@ -181,7 +181,7 @@ def test_sensors_of_a_robot_without_suites_are_all_none_or_some(folder, sensors,
 
 def test_vrx_s_sensors_are_those_of_the_robot_where_it_has_no_suites_with_a_warning(folder):
     write(folder, boat_urdf=BOAT)
-    text = "robot boat.urdf: `sensors: vrx` adds no sensor: it carries those of its own files, bow, stern"
+    text = "robot boat.urdf: `sensors: vrx` adds no sensors: its own files define them, bow, stern"
     with pytest.warns(VrxWarning, match=f"^{text}$"):
         assert names(build("boat.urdf", sensors=("vrx",))) == ["bow", "stern"]
 
@@ -354,7 +354,7 @@ def test_several_oddities_stand_one_a_line(folder):
         "derived from its shapes and mass: waterline at z = -0.224 m, draft 0.0256 m, hull_radius 0.193, "
         "boat_width 0.577, boat_length 4, "
         "added_mass [0, 0, 0, 0, 0, 0], drag_linear [30.9, 24.1, 301, 20.1, 20.1, 160], "
-        "drag_quadratic [48.2, 0, 0, 0, 0, 0]; the YAML beside it can set them"
+        "drag_quadratic [48.2, 0, 0, 0, 0, 0]; set them in the YAML beside it"
     )
 
 
@@ -392,7 +392,7 @@ def test_what_a_hull_gives_is_not_said_to_be_derived(folder, hull, guessed):
     assert len(said) == bool(guessed)
     for text in said:
         begins, _, listed = text.partition("Froude's law: ")
-        assert begins == "robot boat.urdf: not in its `hull`, and so a WAM-V's of its length by "
+        assert begins == "robot boat.urdf: missing from its `hull`, so scaled from the WAM-V by "
         assert tuple(re.findall(r"[a-z_]+(?= \[)", listed)) == guessed
     assert "derived from its shapes" in warned("boat.urdf")[1][0]
 

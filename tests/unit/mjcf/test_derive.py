@@ -171,7 +171,7 @@ def test_any_box_floats_at_its_draft(share, width, height, at):
 
 def test_a_mass_that_the_volume_cannot_carry_is_said():
     found = floats(shape('box size="1 1 0.1"'), mass=150)
-    assert found.notes == ("the volume of its shapes, 0.1 m3, carries 99.78 kg, and it weighs 150 kg: it floats awash",)
+    assert found.notes == ("the volume of its shapes, 0.1 m3, carries only 99.78 kg of its 150 kg: it floats awash",)
     assert lift(found, 0.045)[0] == pytest.approx(150 / RHO)
 
 

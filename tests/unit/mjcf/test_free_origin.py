@@ -25,7 +25,7 @@ from vrx_mj.mjcf.objects import place_docks, place_objects
 BOX = assemble()  # 4 m long, 1 m wide
 SQUARE = np.array([(2, 1), (-2, 1), (-2, -1), (2, -1)], np.float64)
 NOTHING = shapely.Polygon()
-SUGGESTED = re.compile(r"`origin: (\[.*?\])` puts the whole fleet into free water$", re.MULTILINE)
+SUGGESTED = re.compile(r"`origin: (\[.*?\])` moves the whole fleet to free water$", re.MULTILINE)
 ADVICE = "move it, or let `--nudge` (in Python `nudge=True`) move it to the nearest free place"
 
 
@@ -62,7 +62,7 @@ def test_a_layout_that_is_ashore_is_an_error_with_an_origin_that_works(bay):
     text, _ = placed(fleet, bay)
     assert text == (
         "<fleet>: 'wamv1' is on land, 7.00 m inside the shore of coast; "
-        f"{ADVICE}; `origin: [-8, 0, 0]` puts the whole fleet into free water"
+        f"{ADVICE}; `origin: [-8, 0, 0]` moves the whole fleet to free water"
     )
     boats, told = placed({**fleet, "origin": [-8, 0, 0]}, bay)
     assert told == []
@@ -79,8 +79,8 @@ def test_a_fleet_far_from_everything_is_warned_of_with_an_origin_at_the_spawn_po
     fleet = {"positions": [{"x": 500, "y": 0}, {"x": 600, "y": 0}]}
     _, (text,) = placed(fleet, config)
     assert text == (
-        "fleet fleet: 500 m from the spawn pose, the nearest thing in world open; more than 300 m; "
-        "`origin: [-550, 0, 0]` puts the whole fleet into free water"
+        "fleet fleet is 500 m from the spawn pose, the nearest thing in world open; more than 300 m; "
+        "`origin: [-550, 0, 0]` moves the whole fleet to free water"
     )
     assert placed({**fleet, "origin": [-550, 0, 0]}, config)[1] == []
 

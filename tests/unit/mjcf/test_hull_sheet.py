@@ -76,6 +76,7 @@ def test_what_does_not_float():
     with pytest.raises(VrxError) as error:
         hull_sheet(BARGE, 13_000.0, (0.0, 0.0, 0.0))
     assert str(error.value) == (
-        "it sinks: it has 13000 kg, its hull's 12 m3 carry 1.23e+04 kg; check the mesh's unit (m), or its --scale"
+        "it sinks: its mass is 13000 kg, but its hull's 12 m3 carry 1.23e+04 kg; check the mesh's unit (m), or "
+        "its --scale"
     )
     assert np.isfinite(hull_sheet(BARGE, 12_299.0, (0.0, 0.0, 0.0)).draft)

@@ -211,9 +211,9 @@ def test_an_engine_turns_on_its_own_hinge(worlds):
         ('<mesh name="', '<mesh file="/etc/passwd" content_type="x" name="', "invalid file '/etc/passwd' of <mesh>"),
         ('file="mesh_', 'file="../../mesh_', "invalid file '../../mesh_"),
         ('meshdir="assets"', 'meshdir="/etc"', "invalid meshdir '/etc' of <compiler>"),
-        ("<asset>", '<include file="/etc/passwd"/><asset>', "invalid element <include>: no world has one"),
-        ("<asset>", '<extension><plugin plugin="x"/></extension><asset>', "invalid element <extension>: no world has"),
-        ("<asset>", '<size memory="900G"/><asset>', "invalid element <size>: no world has one"),
+        ("<asset>", '<include file="/etc/passwd"/><asset>', "invalid element <include>: not part of a world"),
+        ("<asset>", '<extension><plugin plugin="x"/></extension><asset>', "invalid element <extension>: not part of"),
+        ("<asset>", '<size memory="900G"/><asset>', "invalid element <size>: not part of a world"),
         ("<asset>", "<!-- <mesh/> --><asset>", "line "),
         ("<asset>", "<![CDATA[<mesh/>]]><asset>", "line "),
         ("<mujoco", '<!DOCTYPE x [<!ENTITY a "b">]><mujoco', "line 1: a tag is needed, got '<!DOCTYPE x "),
@@ -321,7 +321,7 @@ def test_a_part_has_its_own_bodies_alone(worlds):
     pieces = worlds["rafts"].pieces
     parts = (dataclasses.replace(part, name="a/x") if part.name == "raft" else part for part in pieces.parts)
     files = World(Pieces(pieces.own, tuple(parts)), worlds["rafts"].parameters).files()
-    assert refusal(worlds["rafts"], files=files) == "scene.pieces.json is damaged: a/x has bodies of others"
+    assert refusal(worlds["rafts"], files=files) == "scene.pieces.json is damaged: a/x has bodies of other parts"
 
 
 def test_pieces_are_not_joined_without_end(worlds, monkeypatch):

@@ -104,7 +104,7 @@ def test_one_in_another_lifts_twice_and_a_cavity_less():
     inner, outer = ball(3, 0.5), ball(3)
     (note,) = checked_surface(np.concatenate([outer, inner]))
     assert note == (
-        "its surfaces overlap: 0.519 of 4.15 m3 count twice and lift too much; join them to one, for example with "
+        "its surfaces overlap: 0.519 of 4.15 m3 count twice and add buoyancy; join them to one, for example with "
         "Blender's Boolean union"
     )
     assert checked_surface(np.concatenate([outer, inner[:, ::-1]])) == ()

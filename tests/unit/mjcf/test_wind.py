@@ -123,7 +123,7 @@ def test_a_batch_says_which_parameters_change_nothing():
     with pytest.warns(VrxWarning) as caught:
         batch.vary(wind_speed=[3.0, 0.0], gusts=1.0, waves=np.ones(2))
     assert [str(item.message) for item in caught] == [
-        f"wind_speed and gusts without effect: the wind pushes nothing in world world; {advice}",
-        "waves without effect: the sea of world world has none",
+        f"no effect of wind_speed and gusts: the wind pushes nothing in world world; {advice}",
+        "no effect of waves: the sea of world world has none",
     ]
     batch.vary(wind_speed=0.0, waves=0.0, mass=1.1)

@@ -73,7 +73,7 @@ def test_with_one_boat_its_name_can_be_left_out():
         ("wamv1@-2", CommandError, f"invalid rate '-2' in 'wamv1@-2': {NEEDED}"),
         ("all@inf", CommandError, f"invalid rate 'inf' in 'all@inf': {NEEDED}"),
         ("all@nan", CommandError, f"invalid rate 'nan' in 'all@nan': {NEEDED}"),
-        ("wamv1:pinger@2", CommandError, "pinger of wamv1 measures 1 times a second: it cannot be recorded at 2"),
+        ("wamv1:pinger@2", CommandError, "pinger of wamv1 measures at 1 Hz: it cannot be recorded at 2 Hz"),
     ],
 )  # fmt: skip
 def test_what_means_no_sensor_is_refused(words, kind, text):

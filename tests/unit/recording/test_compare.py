@@ -28,7 +28,7 @@ def test_equal_runs_are_equal(record, tmp_path):
     again = recorded_run.record_run(tmp_path / "again.rrd", 3.0)
     found = compare(record.path, again)
     assert found.equal
-    assert str(found) == "equal to the last bit: 61 rows"
+    assert str(found) == "equal bit for bit: 61 rows"
 
 
 def test_first_parting_is_named_with_its_time_body_and_values(record):
@@ -61,7 +61,7 @@ def test_sign_of_zero_parts_two_runs_and_equal_nans_do_not(record):
 def test_shorter_run_is_told_apart(record):
     other = replace(record, rows=record.rows[:40])
     both = f"40 rows of {len(record.layout.names())} columns"
-    assert str(compare(record, other)) == f"rows: 61 and 40\nthe rows that both have are equal to the last bit: {both}"
+    assert str(compare(record, other)) == f"rows: 61 and 40\nthe rows that both have are equal bit for bit: {both}"
     assert not compare(record, other).equal
 
 
@@ -82,7 +82,7 @@ def test_equal_motion_of_fleets_with_other_names_is_equal(record):
         f"fleet: {record.properties.get('fleet')!r} and 'harbour'",
         f"world_sha256: {record.properties.get('world_sha256')!r} and '0'",
         f"physics_version: {PHYSICS_VERSION} and 1",
-        "equal to the last bit: 61 rows",
+        "equal bit for bit: 61 rows",
     ]
 
 
@@ -108,7 +108,7 @@ def test_boats_that_both_have_are_compared_where_one_recording_has_more(record, 
     found = compare(record, other)
     assert (found.equal, found.complete, found.parting) == (False, False, None)
     both = f"{len(other.rows)} rows of {len(other.layout.names())} columns"
-    assert str(found).splitlines()[-1] == f"the rows that both have are equal to the last bit: {both}"
+    assert str(found).splitlines()[-1] == f"the rows that both have are equal bit for bit: {both}"
     column = other.layout.names().index("wamv2 y")
     parting = compare(record, changed(other, 9, column, 1.0)).parting
     assert parting is not None

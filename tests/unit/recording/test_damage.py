@@ -60,7 +60,7 @@ def test_a_parser_that_does_not_end_well_is_damage_of_the_file(recording, monkey
     monkeypatch.setattr(asking, "PACKAGE", "foreign_jobs")
     monkeypatch.setattr(rrd_file, "PARSER", "tricks")
     monkeypatch.setattr(rrd_file, "ask", lambda *given, **named: ask(*given, **{**named, "threads": False}))
-    assert refusal(read_record, recording) == f"'{recording}' is damaged: its reader was ended by SIGABRT"
+    assert refusal(read_record, recording) == f"'{recording}' is damaged: its reader was killed by SIGABRT"
 
 
 def test_a_recording_that_names_another_file_cannot_read_it(recording, tmp_path):

@@ -184,7 +184,7 @@ def test_a_disk_that_is_full_during_the_run_is_one_error_and_what_is_there_reads
 def test_a_disk_that_is_full_at_the_close_is_a_warning_and_all_reads(tmp_path):
     done = full(-350_000, tmp_path / "run.rrd")
     assert done.returncode == 0
-    assert "what is in it reads, and vrx-mj replay shows it" in done.stderr
+    assert "what was written is intact, and vrx-mj replay opens it" in done.stderr
     assert len(read_record(tmp_path / "run.rrd").rows) == 401
     assert [file.name for file in tmp_path.iterdir()] == ["run.rrd"]
 

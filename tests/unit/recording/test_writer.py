@@ -223,7 +223,7 @@ def test_file_that_is_no_recording_is_an_error(tmp_path):
     with pytest.raises(RecordError) as caught:
         read_record(robot)
     assert str(caught.value) == (
-        f"'{robot}' is the description of a robot (URDF), not a recording: vrx-mj run example_course --fleet boat.urdf "
+        f"'{robot}' is a robot description (URDF), not a recording: vrx-mj run example_course --fleet boat.urdf "
         "sails it"
     )
 

@@ -138,8 +138,8 @@ def test_pictures_that_are_written_raw_and_compressed_are_warned_of(tmp_path):
     table = RosInterface({name: replace(OUTPUTS[IMAGE], name=name) for name in (IMAGE, f"{IMAGE}/compressed")})
     with pytest.warns(VrxWarning) as caught:
         Bag(tmp_path / "out.bag", topics=["/wamv/sensors/cameras/*"]).offer(table)
-    text = f"the bag takes both raw and compressed pictures of {IMAGE}: raw ones make it large"
-    assert [str(item.message) for item in caught] == [f"{text}; name {IMAGE}/compressed for the others alone"]
+    text = f"the bag records both raw and compressed images of {IMAGE}: raw images make it large"
+    assert [str(item.message) for item in caught] == [f"{text}; name {IMAGE}/compressed to record only the others"]
 
 
 def test_a_topic_that_is_not_there_is_told(tmp_path):

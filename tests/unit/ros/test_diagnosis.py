@@ -44,10 +44,8 @@ def test_a_command_that_comes_too_rarely_is_told(scene):
     for _ in range(5):
         scene.inbox.message("/wamv1/thrusters/left_thrust_cmd", new("std_msgs/Float32", data=0.5), "/rostopic_1")
         run(scene, 2.0)
-    slow = (
-        "/wamv1/thrusters/left_thrust_cmd comes every 2 s but a thrust lasts 1 s: thrust is on 50 % of the time; use "
-    )
-    assert scene.told == [f"{slow}-r 2 or more"]
+    slow = "/wamv1/thrusters/left_thrust_cmd arrives every 2 s, but a thrust lasts 1 s: it is on 50 % of the time; "
+    assert scene.told == [f"{slow}publish with -r 2 or more"]
 
 
 def test_two_programs_that_drive_one_thruster_are_told_once(scene):
@@ -61,7 +59,7 @@ def test_two_programs_that_drive_one_thruster_are_told_once(scene):
     for _ in range(3):
         send("/pid", 0.2)
         send("/mixer", -0.2)
-    both = "comes from /pid and from /mixer: each message replaces the other's"
+    both = "is published by /pid and /mixer: each message replaces the other's"
     assert scene.told == [f"/wamv1/thrusters/left_thrust_cmd {both}"]
 
 
@@ -71,7 +69,7 @@ def test_commands_beyond_what_engines_do_are_told_once(scene):
         scene.inbox.message("/wamv1/thrusters/left_thrust_angle", new("std_msgs/Float32", data=3.0), "/test")
         run(scene, 0.1)
     assert sorted(scene.told) == [
-        "left of wamv1 is 5, beyond -1 to 1: the force is limited to 250 N ahead, 100 N astern",
+        "left of wamv1 is 5, outside -1 to 1: the force is clamped to 250 N ahead, 100 N astern",
         "left_angle of wamv1 is 3 rad: the angle is clamped to 1.571 rad",
     ]
 
@@ -79,7 +77,7 @@ def test_commands_beyond_what_engines_do_are_told_once(scene):
 def test_a_boat_that_has_capsized_is_told_once_until_it_is_upright_again(scene):
     scene.sim.set_boat("wamv1", pose=(-520, 190, 0.5, math.pi, 0, 0))
     run(scene, 1.1)
-    assert scene.told[0].endswith("wamv1 has capsized; /gazebo/set_model_state rights it")
+    assert scene.told[0].endswith("wamv1 has capsized; right it with /gazebo/set_model_state")
     assert len([line for line in scene.told if "capsized" in line]) == 1
 
 
@@ -95,7 +93,7 @@ def test_a_held_boat_says_until_when(course):
     scene = served(vrx_mj.compile_world("stationkeeping_task"))
     scene.inbox.message("/wamv/thrusters/left_thrust_cmd", new("std_msgs/Float32", data=0.5), "/test")
     scene.server.receive()
-    assert scene.told == ["wamv is held by its task until t = 10 s: thrust has no effect before"]
+    assert scene.told == ["wamv is held by its task until t = 10 s: thrust has no effect until then"]
 
 
 def test_a_boat_that_is_put_into_another_is_told(scene):
@@ -203,7 +201,7 @@ def test_the_unit_of_a_command_is_the_thrusters_however_weak_it_is():
     diagnosis = Diagnosis(sim, lambda _level, text: lines.append(text))
     diagnosis.check_commands("a", {"left": 0.9})
     diagnosis.check_commands("a", {"left": -0.7})
-    assert lines == ["left of a is -0.7 N, beyond -0.5 to 1: the force is limited to 1 N ahead, 0.5 N astern"]
+    assert lines == ["left of a is -0.7 N, outside -0.5 to 1: the force is clamped to 1 N ahead, 0.5 N astern"]
 
 
 # Topics without a subscriber: which one is meant

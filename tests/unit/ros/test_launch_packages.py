@@ -130,7 +130,7 @@ def test_files_of_others_are_never_overwritten(tmp_path):
     theirs.write_text("<launch/>", encoding="utf-8")
     with pytest.raises(VrxError) as caught:
         write_launch_packages(tmp_path)
-    assert str(caught.value) == (f"{theirs} exists and is not of this command, or was changed: choose another folder")
+    assert str(caught.value) == (f"{theirs} exists and is not as this command wrote it: choose another folder")
     assert [file for file in tmp_path.rglob("*") if file.is_file()] == [theirs]
 
 

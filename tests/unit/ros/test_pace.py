@@ -79,7 +79,7 @@ def test_lost_time_is_made_up_little_by_little(monkeypatch, stall, rate, clock):
 
 def test_a_stall_is_reported_once(monkeypatch):
     way = "catching up at 1.2 times the pace; lag beyond 1 s is dropped"
-    assert ticks(monkeypatch, stalls={200: 0.3, 1000: 0.5})[1] == [f"behind the pace by 0.3 s: {way}"]
+    assert ticks(monkeypatch, stalls={200: 0.3, 1000: 0.5})[1] == [f"0.3 s behind the pace: {way}"]
 
 
 def test_a_server_that_is_always_too_slow_owes_no_more_than_a_second(monkeypatch):

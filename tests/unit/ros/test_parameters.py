@@ -67,7 +67,7 @@ def test_too_deep_too_much_and_no_root(tree):
     for key, value in (("/" + "a/" * 33, 1), ("/", 5)):
         with pytest.raises(CommandError) as caught:
             tree.set(key, value)
-        assert str(caught.value) == f"cannot set {key}: the root is a dictionary, and names are 32 deep at most"
+        assert str(caught.value) == f"cannot set {key}: the root must be a dictionary, with names of at most 32 levels"
     with pytest.raises(CommandError) as caught:
         tree.set("/big", "x" * MOST_BYTES)
     assert str(caught.value) == f"more than {MOST_BYTES} bytes of parameters"

@@ -175,7 +175,7 @@ def sent(output, number):
 
 def test_lines_say_where_it_is_and_what_to_install(opened):
     missing = (
-        "ROS 2: no tf2_msgs here (apt-get install ros-kilted-tf2-msgs): its topics, as /tf and /tf_static, "
+        "ROS 2: tf2_msgs is not installed (apt-get install ros-kilted-tf2-msgs): its topics, as /tf and /tf_static, "
         "are not published"
     )
     assert opened.lines == [f"ROS 2: node /vrx_mj in domain 7 by rmw, {RANGE_VARIABLE}=OFF", missing]

@@ -69,7 +69,7 @@ def test_cmd_vel_that_is_off_is_no_topic(bay):
     assert not [name for name in scene.network.table.inputs if name.endswith("cmd_vel")]
     scene.inbox.unknown_publisher("/wamv1/cmd_vel", "geometry_msgs/Twist", "/guidance")
     scene.server.receive()
-    off = "cmd_vel is off; with --cmd-vel thrust or velocity it drives a boat"
+    off = "cmd_vel is off; enable it with --cmd-vel thrust or velocity"
     assert scene.told == [f"/wamv1/cmd_vel has a publisher, /guidance, but no subscriber: {off}"]
 
 

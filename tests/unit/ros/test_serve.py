@@ -83,7 +83,7 @@ def test_without_a_default_route_the_address_of_an_interface_is_told(monkeypatch
 @pytest.mark.usefixtures("without_route")
 def test_where_no_address_is_found_there_is_nothing_to_paste_but_what_to_set(monkeypatch):
     monkeypatch.setattr(network, "interface_addresses", list)
-    message = "no address of this machine was found for other machines to reach: set ROS_IP or --host to one"
+    message = "no address of this machine that others can reach was found: set ROS_IP or --host"
     assert told(host="0.0.0.0", ros1=True, rosbridge=9090) == [("WARN", message)]
     assert told(host="0.0.0.0", ros2=True) == []
 

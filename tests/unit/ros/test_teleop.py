@@ -237,7 +237,7 @@ def test_a_lost_connection_is_told_and_comes_again(world, monkeypatch):
     driver = at_helm(world)
     turn(driver, "i")
     world.bridge.close()
-    turned(driver, lambda: driver.said[-1] == f"the connection to {world.url} is lost: trying again")
+    turned(driver, lambda: driver.said[-1] == f"lost the connection to {world.url}: trying again")
     assert driver.status() == (("not connected to", world.url),)
     with World(port=world.bridge.port) as again:
         turned(driver, lambda: driver.said[-1] == "connected again, to bay")
@@ -351,5 +351,5 @@ def test_the_map_has_the_worlds_shore_docks_objects_and_engines():
 def test_without_a_terminal_no_key_can_come(monkeypatch):
     with open(os.devnull, encoding="utf-8") as nothing_to_read:  # noqa: PTH123
         monkeypatch.setattr("sys.stdin", nothing_to_read)
-        with pytest.raises(CommandError, match="no keys can be read, since standard input is not a terminal"):
+        with pytest.raises(CommandError, match="cannot read keys: standard input is not a terminal"):
             driving.drive_served_world("ws://127.0.0.1:9")

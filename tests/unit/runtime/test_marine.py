@@ -90,7 +90,7 @@ def test_a_saved_world_has_its_current(tmp_path):
         ({"current": {"speed": 1}}, "<world>: current: a current needs `physics: {profile: marine}`, got vrx"),
         (
             {"physics": {"profile": "marine"}, "current": {"profile": [[3, 1], [2, 1]]}},
-            "<world>: current.profile[1]: a depth above that of the row before, 3 m, is needed, got 2",
+            "<world>: current.profile[1]: a depth above 3 m, that of the previous row, is needed, got 2",
         ),
         (
             {"physics": {"profile": "marine"}, "current": {"profile": [[-3, 1], [2, 1]]}},
@@ -102,11 +102,11 @@ def test_a_saved_world_has_its_current(tmp_path):
         ),
         (
             {"physics": {"profile": "marine", "gravity": 0}},
-            "<world>: physics.gravity: marine needs gravity, which makes its waves, got 0",
+            "<world>: physics.gravity: marine needs gravity for its waves, got 0",
         ),
         (
             {"physics": {"profile": "vrx", "gravity": 0}, "sea": {"model": "jonswap", "sea_state": 2}},
-            "<world>: physics.gravity: a sea of model jonswap needs gravity, which makes its waves, got 0",
+            "<world>: physics.gravity: a sea of model jonswap needs gravity for its waves, got 0",
         ),
     ],
 )

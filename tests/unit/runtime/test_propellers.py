@@ -217,16 +217,16 @@ def test_resistance_is_that_of_the_speed_through_the_water(barge):
     [
         (
             "resistance: [[0, 0], [1, 40], [2, 30]]",
-            "resistance[2]: resistance that does not fall is needed, got 40 N at 1 m/s and 30 N at 2 m/s",
+            "resistance[2]: resistance must not decrease with speed, got 40 N at 1 m/s and 30 N at 2 m/s",
         ),
         ("resistance: [[1, 40], [2, 90]]", "resistance: a first row [0, 0] and another one are needed"),
         (
             "resistance: [[0, 0], [2, 40], [1, 90]]",
-            "resistance[2]: a speed above that of the row before, 2 m/s, is needed, got 1",
+            "resistance[2]: a speed above 2 m/s, that of the previous row, is needed, got 1",
         ),
         (
             f"resistance: {RESISTANCE}, damping_quadratic: [18, 0, 0, 0, 0, 0]",
-            "damping_quadratic: 0 in surge is needed beside `resistance`, got 18",
+            "damping_quadratic: surge must be 0 with `resistance`, got 18",
         ),
     ],
 )
@@ -308,8 +308,8 @@ def test_energy_needs_a_power(barge):
     sim = barge()
     (boat,) = sim.boats
     message = (
-        f"no energy for {boat}: none of its thrusters has a `power`; set it in the `propellers` of its robot, which "
-        "act in worlds of profile marine"
+        f"no energy for {boat}: none of its thrusters has a `power`; set it in the robot's `propellers`, which "
+        f"only profile marine uses"
     )
     for each in (sim, Batch(sim.world, 2)):
         with pytest.raises(CommandError) as error:
@@ -341,11 +341,11 @@ def quadrants(*rows):
         ("{thrust: [[0, 0], [1, 9]]}", "propellers.main.diameter: required, but missing"),
         (
             "{thrust: [[0, 0], [0.5, 9], [0.4, 8]], diameter: 1}",
-            "propellers.main.thrust[2]: a command above that of the row before, 0.5, is needed, got 0.4",
+            "propellers.main.thrust[2]: a command above 0.5, that of the previous row, is needed, got 0.4",
         ),
         (
             "{thrust: [[0, 0], [0.5, 9], [0.5, 8]], diameter: 1}",
-            "propellers.main.thrust[2]: a command above that of the row before, 0.5, is needed, got 0.5",
+            "propellers.main.thrust[2]: a command above 0.5, that of the previous row, is needed, got 0.5",
         ),
         (
             "{thrust: [[0, 0], [1.5, 9]], diameter: 1}",

@@ -130,7 +130,7 @@ def test_more_rows_than_the_machine_has_memory_for_are_refused(data, monkeypatch
     with pytest.raises(CommandError) as raised:
         check_memory(18_000, each)
     assert re.fullmatch(
-        r"no memory for 18000 rows: 8.5 GB are needed, 0.47 MB a row, and at most 8.0 GB can be had; "
+        r"no memory for 18000 rows: 8.5 GB are needed, 0.47 MB a row, and at most 8.0 GB are available; "
         r"make at most 17\d{3} rows",
         str(raised.value),
     )

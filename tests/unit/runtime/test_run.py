@@ -138,9 +138,9 @@ def test_what_cannot_be_used_is_told_with_its_boats():
 
 
 @pytest.mark.parametrize(("thrust", "texts"), [
-    ({"left": 5.0}, ["left of a is 5, beyond -1 to 1: the force is limited to 250 N ahead, 100 N astern"]),
+    ({"left": 5.0}, ["left of a is 5, outside -1 to 1: the force is clamped to 250 N ahead, 100 N astern"]),
     ({"left": 5.0, "right": -1.5}, [
-        "left of a is 5, beyond -1 to 1: the force is limited to 250 N ahead, 100 N astern; and 1 more"
+        "left of a is 5, outside -1 to 1: the force is clamped to 250 N ahead, 100 N astern; and 1 more"
     ]),
     ({"left": 1.0, "right": -1.0}, []),
 ])  # fmt: skip

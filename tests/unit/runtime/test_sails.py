@@ -163,7 +163,7 @@ def test_commands_of_sails_are_angles(sloop):
     (", coefficients: [[0, 0, 0.1], [90, 0, 1]]",
      "sails.main.coefficients: angles from 0 to 180 are needed, got 0 to 90"),
     (", coefficients: [[0, 0, 0.1], [90, 0, 1], [90, 0, 1], [180, 0, 1]]",
-     "sails.main.coefficients[2]: an angle above that of the row before, 90, is needed, got 90"),
+     "sails.main.coefficients[2]: an angle above 90, that of the previous row, is needed, got 90"),
 ])  # fmt: skip
 def test_what_no_sail_is(sloop, keys, message):
     with pytest.raises(ConfigError) as caught:

@@ -244,7 +244,7 @@ ODD[0, 4] = 50.0
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"poles": [[0.1, 1.0]]}, "poles[0]: its real part has to be below 0, or the memory would grow, got 0.1+1i"),
+        ({"poles": [[0.1, 1.0]]}, "poles[0]: its real part must be below 0, or the memory grows; got 0.1+1i"),
         ({"diffraction": HOLES}, "diffraction[7][3][2][0]: expected a number, got nothing"),
         (
             {"diffraction": content()["diffraction"][:-1]},
@@ -252,12 +252,12 @@ ODD[0, 4] = 50.0
         ),
         (
             {"frequencies": [0.5, *content()["frequencies"][1:]]},
-            "frequencies[1]: a frequency above that of the row before, 0.5 rad/s, is needed, got 0.4",
+            "frequencies[1]: a frequency above 0.5 rad/s, that of the previous row, is needed, got 0.4",
         ),
         ({"frequencies": [0.0, *content()["frequencies"][1:]]}, "frequencies[0]: must be above 0, got 0"),
         (
             {"wave_frequencies": [0.5, *content()["frequencies"][1:]]},
-            "wave_frequencies[1]: a frequency above that of the row before, 0.5 rad/s, is needed, got 0.4",
+            "wave_frequencies[1]: a frequency above 0.5 rad/s, that of the previous row, is needed, got 0.4",
         ),
         (
             {"wave_frequencies": [0.4, 0.5]},
@@ -267,7 +267,7 @@ ODD[0, 4] = 50.0
             {"added_mass_infinite": ODD.tolist()},
             "added_mass_infinite: must be symmetric: [0][4] and [4][0] differ by 50",
         ),
-        ({"poles": [[-2e6, 0.0]]}, "poles[0]: its parts must be at most 1e+06 1/s in size, got -2e+06+0i"),
+        ({"poles": [[-2e6, 0.0]]}, "poles[0]: each part must be at most 1e+06 1/s in magnitude, got -2e+06+0i"),
         ({"density": 0.0}, "density: must be at least 1, got 0"),
         ({"gravity": "9,81"}, "gravity: expected a number, got '9,81'"),
         ({"format": 2}, "format: must be 1, got 2; `vrx-mj robot hydro --bem` writes such files"),
@@ -306,9 +306,10 @@ def test_damping_turns_with_the_water_only_without_diffraction(tmp_path, diffrac
 @pytest.mark.parametrize(
     ("residue", "message"),
     [
-        (-40_000.0, ("robot ./barge.urdf is unstable: a small motion about its rest grows at 0.145 1/s, with a period "
-         "of 2.45 s; its memory of waves gives it energy: check poles and residues of `hydro`")),
-        (5e11, ("robot ./barge.urdf: its fastest motion about equilibrium has 8.39e+03 rad/s, and needs steps of "
+        (-40_000.0, ("robot ./barge.urdf is unstable: a small motion about equilibrium grows at 0.145 1/s, with "
+        "a period "
+         "of 2.45 s; its wave memory adds energy: check the poles and residues of `hydro`")),
+        (5e11, ("robot ./barge.urdf: its fastest motion about equilibrium is 8.39e+03 rad/s, which needs steps of "
          "2e-05 s; check the units of its hull, and the mass and inertia of its links")),
     ],
 )  # fmt: skip

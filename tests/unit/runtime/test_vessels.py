@@ -346,14 +346,13 @@ ROUND = ", ".join(
         ("{shapes: [{type: mesh, file: inverted.stl}]}", 0.0,
          ": mesh inverted.stl is inside out (a volume of -8 m3): its triangles are reversed"),
         (OVERLAPPING, 0.0, (": its surfaces overlap, most of all shapes[0] and shapes[1]: 2.03 of 10 m3 "
-                            "count twice and lift "
-         "too much; join them to one, for example with Blender's Boolean union")),
+         "count twice and add buoyancy; join them to one, for example with Blender's Boolean union")),
         ("{shapes: [{type: box, size: [4, 1, 1.5]}]}", 1.0, (": its centre of mass is 1.25 m above its "
          "centre of buoyancy: the "
          "metacentric height is -1.17 m, and it capsizes")),
         ("{hydrostatics: matrix, restoring: [0, 0, 9e4, -300, 900, 0]}", 0.0,
          ": hull.restoring of roll is -300 N m: it capsizes"),
-        (f"{{damping_linear: [{ROUND}]}}", 0.0, (" is unstable: a small motion about its rest grows at 0.933 "
+        (f"{{damping_linear: [{ROUND}]}}", 0.0, (" is unstable: a small motion about equilibrium grows at 0.933 "
          "1/s; check "
          "the entries of `damping_linear`")),
     ],
@@ -377,7 +376,8 @@ ROWS = ["[0, 5, 0, 0, 0, 0]", "[0, 9, 0, 0, 0, 0]", *[NONE] * 4]
             STILL,
             9000.0,
             (
-                "robot ./barge.urdf sinks: it has 9000 kg, its hull's 8 m3 carry 8200 kg; check the mesh's unit (m) "
+                "robot ./barge.urdf sinks: its mass is 9000 kg, but its hull's 8 m3 carry 8200 kg; check the "
+                "mesh's unit (m) "
                 "and that all of the hull is in it, or the mass of the links"
             ),
         ),
@@ -385,7 +385,8 @@ ROWS = ["[0, 5, 0, 0, 0, 0]", "[0, 9, 0, 0, 0, 0]", *[NONE] * 4]
             STILL,
             4.0,
             (
-                "robot ./barge.urdf hardly touches the water: it has 4 kg, its hull's 8 m3 carry 8200 kg; check the "
+                "robot ./barge.urdf hardly touches the water: its mass is 4 kg, but its hull's 8 m3 carry 8200 "
+                "kg; check the "
                 "mesh's unit (m; `scale: [0.001, 0.001, 0.001]` takes one in mm)"
             ),
         ),

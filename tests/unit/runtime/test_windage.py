@@ -81,14 +81,14 @@ def test_other_profiles_and_worlds_with_coefficients_have_no_windage(tmp_path):
 @pytest.mark.parametrize(
     ("windage", "message"),
     [
-        (f"{{{AREAS}}}", "windage.coefficients: required, unless curve, isherwood or vessel is given"),
+        (f"{{{AREAS}}}", "windage.coefficients: required unless curve, isherwood or vessel is given"),
         (
             f"{{{AREAS}, isherwood: {{breadth: 1, perimeter: 0, superstructure_area: -1, masts: 1.5}}}}",
             "windage.isherwood.perimeter: must be above 0, got 0",
         ),
         (
             f"{{{AREAS}, isherwood: {{breadth: 1, perimeter: 6, superstructure_area: 90}}}}",
-            "windage.isherwood.superstructure_area: more than the lateral area",
+            "windage.isherwood.superstructure_area: must be at most lateral_area",
         ),
         (
             f"{{{AREAS}, vessel: ferry, coefficients: [1, 1, 0]}}",
@@ -100,7 +100,7 @@ def test_other_profiles_and_worlds_with_coefficients_have_no_windage(tmp_path):
         ),
         (
             f"{{{AREAS}, curve: [[0, -1, 0, 0], [90, 0, 1, 0], [80, 0, 1, 0], [180, 1, 0, 0]]}}",
-            "windage.curve[2]: an angle above that of the row before, 90, is needed, got 80",
+            "windage.curve[2]: an angle above 90, that of the previous row, is needed, got 80",
         ),
         (
             f"{{{AREAS}, curve: [[0, -1, 0.1, 0], [180, 1, 0, 0]]}}",

@@ -39,7 +39,7 @@ def test_the_order_is_free_and_the_run_lasts_until_time_is_up():
         referee.look(frame(time, boat))
     assert not referee.is_over
     assert referee.status.score == pytest.approx(0.0, abs=1e-12)
-    assert look(referee, 300.0, (0, 0)) == [f"waypoint {k} of 3: least error 0.00 m" for k in (1, 2, 3)]
+    assert look(referee, 300.0, (0, 0)) == [f"waypoint {k} of 3: smallest error 0.00 m" for k in (1, 2, 3)]
     assert (referee.is_over, referee.status.timed_out) == (True, True)
 
 

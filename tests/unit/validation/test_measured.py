@@ -106,7 +106,10 @@ def test_samples_may_lack_a_value_and_begin_late(files):
             CASE.replace("of: heading_deg, ", ""),
             "signals.course.of: expected x, y, z, roll_deg, pitch_deg",
         ),
-        (CASE.replace("time: 2", "time: 0"), "commands[1]: a time above that of the row before, 0 s, is needed, got 0"),
+        (
+            CASE.replace("time: 2", "time: 0"),
+            "commands[1]: a time above 0 s, that of the previous row, is needed, got 0",
+        ),
         (CASE.replace("source: measured by this test", ""), "source: required, but missing"),
         (CASE.replace("rudder_angle", "rudder"), "no command of boat 'wamv' named 'rudder'"),
         (CASE.replace("./bay.yaml", "./gulf.yaml"), "no file './gulf.yaml' in the current folder"),
@@ -128,7 +131,7 @@ def test_cases_that_cannot_be(files, case, message):
         ([(0, 0, 0), (1, "fast", 0)], "time,surge,course", "pull.csv, line 3: surge needs a number, got 'fast'"),
         ([(0, 0, 0), (1, "inf", 0)], "time,surge,course", "pull.csv, line 3: surge needs a number, got 'inf'"),
         ([(1, 0, 0), (1, 0, 0)], "time,surge,course",
-         "pull.csv, line 3: a time above that of the row before, 1 s, is needed"),
+         "pull.csv, line 3: a time above 1 s, that of the previous row, is needed"),
         ([(0, 0, 0), (1e6, 0, 0)], "time,surge,course", "pull.csv: times from 0 to 36000 s are needed, got 0 to 1e+06"),
     ],
 )  # fmt: skip
@@ -157,8 +160,8 @@ LONG = "field larger than field limit (131072)"
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (b"time,surge\n0,1\n1,\r2\n", ": a carriage return inside of a line; end all lines alike"),
-        (b"time,surge\n0,1\n1,\r\r\n", ": a carriage return inside of a line; end all lines alike"),
+        (b"time,surge\n0,1\n1,\r2\n", ": a carriage return inside a line; use one kind of line ending"),
+        (b"time,surge\n0,1\n1,\r\r\n", ": a carriage return inside a line; use one kind of line ending"),
         (b"time,surge\n0,1\n1," + b"9" * 140_000, f": {LONG}"),
         (b'time,surge\n"' + b"0\n" * 70_000, f": {LONG}"),
         (b"time,surge\n0,\xe9\n", ": not UTF-8"),

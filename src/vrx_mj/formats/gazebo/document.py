@@ -28,7 +28,7 @@ LIBRARIES = frozenset({"robotx_gazebo", "vmrc_gazebo", "vorc_gazebo", "vrx_2019"
 _TABLE = "formats.urdf.xml_document:table"
 """Job that parses a text."""
 _ODD_TAG = re.compile(r"[^\w.-]")
-Fate = Literal["taken over", "approximated", "ignored", "not read"]
+Fate = Literal["imported", "approximated", "ignored", "not read"]
 """Fates of a part of a file."""
 _FIELDS: Mapping[str, Mapping[str, Sequence[Any]]] = json.loads((Path(__file__).parent / "fields.json").read_bytes())
 """Rows that fill keys of ours from plugins and other elements of worlds: arguments of `Element.value_of`."""
@@ -49,7 +49,7 @@ class Note:
     """The part, as the file calls it."""
     fate: Fate
     ours: str
-    """The part's name here, or the reason why it is not taken over."""
+    """The part's name here, or the reason why it is not imported."""
 
     def __post_init__(self) -> None:
         spend(self.place.file.name)

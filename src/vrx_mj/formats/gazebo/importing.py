@@ -52,7 +52,7 @@ _MARKS = ("<xacro:", "${", "$(")
 """Text by which a description with something to expand is recognized."""
 _EXPANDED = {"urdf", "arguments", "layouts", "suites"}
 """Keys of a robot's YAML that are about its xacro."""
-FATES: tuple[Fate, ...] = ("taken over", "approximated", "ignored", "not read")
+FATES: tuple[Fate, ...] = ("imported", "approximated", "ignored", "not read")
 
 
 @dataclass
@@ -147,7 +147,7 @@ class Imported:
         with ignore_warnings():
             boat = read_boat(file)
         model = model_element(file)[0]
-        self.notes.append(Note(model.place, label(model), "taken over", f"`{path}`, a boat"))
+        self.notes.append(Note(model.place, label(model), "imported", f"`{path}`, a boat"))
         report = Report()
         report.lose((*boat.remarks, *boat.gazebo.warnings), "approximated")
         self.notes += report.notes
@@ -180,7 +180,7 @@ class Imported:
         files = MeshFiles(config.description_file.absolute().parent, own_packages(), package_paths())
         self.texts[path] = with_mesh_names(text, files, partial(self.add_mesh, stem))
         place = Place(File(display(file), file.absolute().parent))
-        self.notes.append(Note(place, "<robot>", "taken over", f"`{path}`, a boat"))
+        self.notes.append(Note(place, "<robot>", "imported", f"`{path}`, a boat"))
         left_out = text.made.left_out if isinstance(text, ExpandedText) else ()
         self.notes += [Note(place, "<robot>", "not read", one) for one in left_out]
         if kept:
@@ -307,7 +307,7 @@ def import_files(source: Path, arguments: Mapping[str, str] | None = None) -> Im
         made.add(source, dict(arguments or {}))
         return made
     if arguments:
-        raise VrxError(f"arguments NAME:=VALUE are for one launch file or xacro, not for the folder {display(source)}")
+        raise VrxError(f"NAME:=VALUE needs one launch file or xacro, not the folder {display(source)}")
     files = list(files_below(source, _KINDS))
     if not files:
         raise VrxError(f"no file to import in {display(source)}: none ends in {', '.join(_KINDS)}")
@@ -320,7 +320,7 @@ def import_files(source: Path, arguments: Mapping[str, str] | None = None) -> Im
     if not made.texts and made.failed:
         raise VrxError("\n".join(made.failed))
     if not (made.texts or made.notes or made.sails):
-        raise VrxError(f"no file to import in {display(source)}: its boats are only macros for other files")
+        raise VrxError(f"no file to import in {display(source)}: its xacro files only define macros")
     return made
 
 

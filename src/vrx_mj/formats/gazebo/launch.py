@@ -83,10 +83,10 @@ class Substitutions:
                 raise VrxError("'$(' is never closed")
             found = _SUBSTITUTION.sub(lambda match: self._resolve(match[1], arguments, folder), text)
         if len(found) > _LONGEST:
-            raise VrxError(f"a text of more than {_LONGEST} characters is too long")
+            raise VrxError(f"text too long: at most {_LONGEST} characters")
         self.left -= len(found)
         if self.left < 0:
-            raise VrxError(f"the texts come to more than {_MOST / 1e6:g} MB")
+            raise VrxError(f"more than {_MOST / 1e6:g} MB of text")
         return found
 
     def _resolve(self, text: str, arguments: Mapping[str, str], folder: Path) -> str:
@@ -103,7 +103,7 @@ class Substitutions:
     def argument(self, name: str, arguments: Mapping[str, str]) -> str:
         """The value of an argument."""
         if name not in arguments:
-            raise VrxError(f"{UnknownNameError('argument', name, arguments)}; declare it before in an <arg>")
+            raise VrxError(f"{UnknownNameError('argument', name, arguments)}; declare it first in an <arg>")
         return arguments[name]
 
     def find(self, name: str) -> str:
@@ -118,7 +118,7 @@ class Substitutions:
 
 
 def _refuse_environment(name: str) -> str:
-    raise VrxError(f"files cannot see environment variable '{name}'; declare an argument and use $(arg {name})")
+    raise VrxError(f"files cannot read the environment variable '{name}'; declare an argument and use $(arg {name})")
 
 
 def _default(words: list[str]) -> str:
@@ -216,8 +216,8 @@ class _Run:
         """What they start."""
         self.report.settle()
         joins = self.launch.world is not None
-        fate: Fate = "taken over" if joins else "ignored"
-        ours = "`objects` of the world" if joins else "no world to join: this launch file opens none"
+        fate: Fate = "imported" if joins else "ignored"
+        ours = "`objects` of the world" if joins else "this launch file opens no world to add it to"
         for thing in self.launch.objects:
             self.report.notes.append(Note(thing.place, f"<node> '{thing.name}'", fate, ours))
         return self.launch
@@ -229,7 +229,7 @@ class _Run:
             names = " > ".join(path.name for path in (*self.open, file))
             raise file_error(file, f"launch files include each other: {names}")
         if len(self.open) >= _DEEPEST:
-            raise file_error(file, f"launch files include each other deeper than {_DEEPEST} levels")
+            raise file_error(file, f"launch files are included more than {_DEEPEST} levels deep")
         if file not in self.documents:
             self.documents[file] = None
             self.documents[file] = read_document(file)
@@ -254,9 +254,9 @@ class _Run:
 
     def ignore(self, element: Element, _: _Scope) -> None:
         """Note an element that is not of the simulation."""
-        beside = "not part of the simulation; start it beside `vrx-mj serve`"
+        beside = "not part of the simulation; start it while `vrx-mj serve` runs"
         variable = element.tag == "env"
-        self.report.note(element, "ignored", "an environment variable; set it in the shell" if variable else beside)
+        self.report.note(element, "ignored", "set this environment variable in the shell" if variable else beside)
 
     def holds(self, element: Element, scope: _Scope) -> bool:
         """Whether an element's conditions hold."""
@@ -309,10 +309,10 @@ class _Run:
         path = PurePosixPath(name)
         stock = stock_launch(path.name, path.parts[1])
         if path.name in _LAUNCHES_WORLDS and not passed.get("world_name"):
-            self.report.note(element, "ignored", "it names no world")
+            self.report.note(element, "ignored", "world_name is not given")
         elif path.name in _LAUNCHES_WORLDS:
             self.launch.world = self.world_of(element, passed["world_name"])
-            self.report.note(element, "taken over", f"the world: {literal(PurePosixPath(passed['world_name']).name)}")
+            self.report.note(element, "imported", f"the world: {literal(PurePosixPath(passed['world_name']).name)}")
         elif stock is not None:
             self.open_stock(stock, passed, element)
         else:
@@ -358,7 +358,7 @@ class _Run:
         for boat in stock.boats_with(given, place):
             self.spawn(element, replace(boat, **own), self.launch.boats)
         if element is not None:
-            self.report.note(element, "taken over", f"VRX's {stock.name}")
+            self.report.note(element, "imported", f"VRX's {stock.name}")
 
     def parameter(self, element: Element, scope: _Scope) -> None:
         """Keep the description of a robot, which `<param>` gives as a command of xacro or as a file."""
@@ -368,7 +368,7 @@ class _Run:
         elif "textfile" in element.attributes:
             self.descriptions[name] = self.robot_file(element, self.value(element, "textfile", scope)), {}
         elif name == "/use_sim_time" and truth(element.attributes.get("value", "")):
-            self.report.note(element, "taken over", "time is always that of the simulation")
+            self.report.note(element, "imported", "time is always simulated time")
         else:
             self.report.note(element, "ignored", "a parameter; set it with `rosparam set` while `vrx-mj serve` runs")
 
@@ -377,7 +377,7 @@ class _Run:
         path = self.value(element, "file", scope, "")
         try:
             self.launch.fleet = checked_fleet(self.readable_file(element, path))
-            self.report.note(element, "taken over", f"the fleet: `{self.launch.fleet.name}`")
+            self.report.note(element, "imported", f"the fleet: `{self.launch.fleet.name}`")
         except VrxError:
             self.ignore(element, scope)
 
@@ -385,7 +385,7 @@ class _Run:
         """File and arguments of a command of xacro; nothing is run."""
         words = [word for word in self.words(element, command, "command") if not word.startswith("-")]
         if len(words) < 2 or PurePosixPath(words[0]).name not in {"xacro", "xacro.py", "cat"}:
-            raise element.fault(f"expected a command of xacro, got {literal(command)}; others are not run", "command")
+            raise element.fault(f"expected a xacro command, got {literal(command)}; no other command is run", "command")
         arguments = dict(word.split(":=", 1) for word in words[2:] if ":=" in word)
         return self.robot_file(element, words[1]), arguments
 
@@ -405,7 +405,7 @@ class _Run:
         if kind == SERVING:
             self.serve(element, scope)
         elif self.launch.fleet and kind == "spawn_usvs.py":
-            self.report.note(element, "taken over", f"the boats of `{self.launch.fleet.name}`")
+            self.report.note(element, "imported", f"the boats of `{self.launch.fleet.name}`")
         elif kind in {"spawn_model", "spawn_wamv.bash", "spawn_entity.py"}:
             self.spawn_model(element, self.claim_node(element, scope))
         else:
@@ -437,7 +437,7 @@ class _Run:
             return
         boat = Spawned(name, pose, element.place, robot, self.known_arguments(element, name, robot, arguments))
         self.spawn(element, boat, self.launch.boats)
-        self.report.note(element, "taken over", "a boat of the fleet", f"<node> '{name}'")
+        self.report.note(element, "imported", "a boat of the fleet", f"<node> '{name}'")
 
     def claim_node(self, element: Element, scope: _Scope) -> _Scope:
         """Keep the name of a node that spawns, for roslaunch starts no two of one name; returns its own scope."""
@@ -446,7 +446,7 @@ class _Run:
         first = self.nodes.setdefault(name, element.place)
         if own and first != element.place:
             here = _seen_from(element.place, first)
-            text = f"a node named '{name}' is on {here} already, so roslaunch starts nothing: give each another name"
+            text = f"duplicate node name '{name}', first on {here}: roslaunch refuses to start; rename one of them"
             self.report.problems += element.fault(text, "name").problems
         return replace(scope, namespace=namespace)
 
@@ -471,7 +471,7 @@ class _Run:
             self.report.note(element, "ignored", error.problems[0].message, what)
             return None
         if arguments and "sdf" in options:
-            self.report.note(element, "ignored", f"arguments of the xacro of an SDF: {' '.join(arguments)}", what)
+            self.report.note(element, "ignored", f"an SDF takes no xacro arguments: {' '.join(arguments)}", what)
         return robot, {} if "sdf" in options else arguments
 
     def known_arguments(self, element: Element, name: str, robot: Path | str, given: dict[str, str]) -> dict[str, str]:
@@ -482,7 +482,7 @@ class _Run:
         unknown = [key for key in given if key not in declares and key not in _OWN_ARGUMENTS]
         if unknown:
             listed = ", ".join(f"{key}:=" for key in unknown)
-            self.report.note(element, "ignored", f"{robot.name} declares no {listed}", f"<node> '{name}'")
+            self.report.note(element, "ignored", f"{robot.name} has no argument {listed}", f"<node> '{name}'")
         return {key: value for key, value in given.items() if key in declares}
 
     def serve(self, element: Element, scope: _Scope) -> None:
@@ -499,7 +499,7 @@ class _Run:
         if element is not None:
             if first := self.places.get(safe_name(thing.name)):
                 here = _seen_from(element.place, first)
-                text = f"a model named '{thing.name}' is spawned on {here} already: each needs -model NAME of its own"
+                text = f"duplicate model name '{thing.name}', first spawned on {here}: give each its own -model NAME"
                 raise element.fault(text, "args")
             self.places[safe_name(thing.name)] = element.place
         things.append(thing)

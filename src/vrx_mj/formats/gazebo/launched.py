@@ -194,7 +194,7 @@ def with_objects(world: Section, launch: Launch) -> Section:
     problems = []
     for name, place in ((thing["name"], thing.place) for thing in items if thing["name"] in first):
         where = f"{first[name].file.name}:{first[name].line}"
-        text = f"a model named '{name}' is in the world already ({where}): each needs -model NAME of its own"
+        text = f"the world already has a model named '{name}' ({where}): give each its own -model NAME"
         problems.append(place.problem(f"<node> '{name}' / args", text))
     if problems:
         raise ConfigError(problems)
@@ -314,9 +314,9 @@ def advice(launch: StockLaunch, name: str, value: str) -> str:
     """Advice on an argument that has no effect here; empty if nothing is lost."""
     if name in _LOCKS:
         if truth(value) is None:
-            return "true or false is expected"
+            return "expected true or false"
         held = truth(value) and not truth(launch.own.get(name, "true"))
-        return "a boat is held by a task, until it is ready" if held else ""
+        return "the task holds the boat until it is ready" if held else ""
     usual = _USUAL.get(name, launch.arguments[name])
     same = value.lower() == usual or (truth(value) is not None and truth(value) == truth(usual))
     return "" if same else TABLE["unused"].get(name, "")

@@ -77,7 +77,7 @@ def uri_name(uri: str) -> str:
     scheme, mark, rest = uri.partition("://")
     name = PurePosixPath(rest if mark else uri).name
     if scheme.lower() == "file" or ".." in PurePosixPath(uri).parts or uri.startswith("/") or not name:
-        raise VrxError(f"expected the name of a model, as model://NAME, got {literal(uri)}")
+        raise VrxError(f"expected a model name, as model://NAME, got {literal(uri)}")
     return name
 
 
@@ -142,7 +142,7 @@ def _only(root: Element) -> Element:
     found = next((one for one in root.walk() if one.tag == "model"), None)
     if found is None:
         if any(one.tag == "world" for one in root.walk()):
-            raise root.fault("this is a world without a <model>: give it as WORLD")
+            raise root.fault("this is a world without a <model>: pass it as WORLD")
         inside = ", ".join(dict.fromkeys(f"<{one.tag}>" for one in root.children)) or "nothing"
         raise root.fault(f"expected <sdf> with a <model>, got {inside}")
     return found
@@ -210,7 +210,7 @@ def _model_folder(name: str, near: Path) -> Path | None:
     beside = [near, near / "models", near.parent / "models", near.parent]
     found = next((place / name for place in (*beside, *model_paths(), *packages) if _is_model(place / name)), None)
     if found is not None and found.parent in beside and not is_inside(found, near.parent, *allowed_folders()):
-        raise VrxError(f"model '{name}' is a link that leads out of {display(near.parent)}")
+        raise VrxError(f"model '{name}' is a symbolic link out of {display(near.parent)}")
     return found
 
 
@@ -242,7 +242,7 @@ def _main_file(folder: Path) -> str:
     found = max(named, key=version_of, default=None)
     text = found.own_text if found else "model.sdf"
     if found and PurePosixPath(text).name != text:
-        raise found.fault(f"expected the name of a file in this folder, got {literal(text)}")
+        raise found.fault(f"expected a file name in this folder, got {literal(text)}")
     if found and not is_file(folder / text):
         raise found.fault(f"no file {literal(text)} in this folder")
     return _within(folder, text)
@@ -251,7 +251,7 @@ def _main_file(folder: Path) -> str:
 def _within(folder: Path, name: str) -> str:
     """The name of a file in the folder of a model, which may not be a link to elsewhere."""
     if not is_inside(folder / name, folder, *allowed_folders()) and not is_installed(folder / name):
-        raise VrxError(f"'{name}' of model '{folder.name}' is a link that leads out of its folder")
+        raise VrxError(f"'{name}' of model '{folder.name}' is a symbolic link out of its folder")
     return name
 
 
@@ -284,12 +284,12 @@ def template_content(file: Path, report: Report) -> tuple[Content, Place]:
     place = Place(source, text.count("\n", 0, found.start()) + 1 if found else 1)
     end = text.find("]", found.end(), found.end() + _LONGEST) if found else -1
     if found is None or end < 0 or not _END.match(text, end + 1):
-        message = "expected `layout = ['X  X', ...]`: a template is Ruby, of which only this list is read"
+        message = "expected `layout = ['X  X', ...]`: only this list of a Ruby template is read"
         raise ConfigError([place.problem("layout", message)])
     rows, static = _rows(text[found.end() : end], place)
     name = _NAME.search(text)
     kind = "fixed" if static else "floating"
-    report.notes.append(Note(place, "layout", "taken over", f"`docks`: {len(rows)} rows, {kind}"))
+    report.notes.append(Note(place, "layout", "imported", f"`docks`: {len(rows)} rows, {kind}"))
     dock = {"name": "base", "layout": rows, **({} if static else {"dynamic": True})}
     return {"description": f"{name[1] if name else file.parent.name}, a dock of Gazebo", "docks": [dock]}, place
 
@@ -297,10 +297,10 @@ def template_content(file: Path, report: Report) -> tuple[Content, Place]:
 def _rows(text: str, place: Place) -> tuple[list[str], bool]:
     items, rest = _ITEM.findall(text), _ITEM.sub("", text).strip(" \t\r\n,")
     if rest or len(items) > _MOST_ROWS:
-        message = f"expected rows in quotes, and true or false at last, got {literal(rest or text)}"
+        message = f"expected quoted rows, then true or false, got {literal(rest or text)}"
         raise ConfigError([place.problem("layout", message)])
     rows = [single + double for single, double, switch, comment, _ in items if not (switch or comment)]
     static = [item[2] for item in items if item[2]][-1:] != ["false"]
     if not any("X" in row for row in rows):
-        raise ConfigError([place.problem("layout", "no X in it: a block is a capital X")])
+        raise ConfigError([place.problem("layout", "expected at least one block, a capital X")])
     return ["".join(letter if letter == "X" else " " for letter in row) for row in rows], static

@@ -98,8 +98,8 @@ def launch_document(source: str | Path) -> tuple[Section, str] | None:
         raise file_error(str(source), "spawns no boats")
     if launch.objects:
         names = shorten(", ".join(thing.name for thing in launch.objects))
-        text = f"{source}: a fleet has its boats alone; it spawns other models too: {names}"
-        warnings.warn(f"{text}; vrx-mj run {source} has them, where it opens a world", VrxWarning, stacklevel=4)
+        text = f"{source}: a fleet takes only its boats; it also spawns {names}"
+        warnings.warn(f"{text}; vrx-mj run {source} includes them if it opens a world", VrxWarning, stacklevel=4)
     return found, Path(source).stem
 
 
@@ -142,7 +142,7 @@ def _boat_fragment(file: Path) -> str:
         return ""
     name = next((name for name in names if is_boat(model_element(Path(f"{file}#{name}")).model)), names[0])
     others = first_names((each for each in names if each != name), _MODELS_SHOWN)
-    text = f"{display(file)}: the boat is its model '{name}'; for another one: --fleet FILE#NAME, NAME one of {others}"
+    text = f"{display(file)}: the boat is its model '{name}'; for another, --fleet FILE#NAME with NAME one of {others}"
     warnings.warn(text, VrxWarning, stacklevel=5)
     return f"#{name}"
 
@@ -251,7 +251,7 @@ def open_source(world: Source, fleet: Source | None, arguments: Mapping[str, str
     if not arguments and (fleet is not None or not is_gazebo_world(world)):
         return world, fleet
     if not is_gazebo_world(world):
-        message = "takes no arguments NAME:=VALUE: they are for launch files and for xacro of worlds and boats"
+        message = "takes no NAME:=VALUE: only launch files and the xacro of worlds and boats have arguments"
         raise file_error(str(world), message)
     found = gazebo_world(path_of("worlds", world), arguments)
     fleet = _fleet_in(found, world) if fleet is None else fleet
@@ -263,8 +263,8 @@ def _no_world(source: str | Path, launch: Launch, arguments: Mapping[str, str]) 
     """The error about a launch file that opens no world, and what to do with it."""
     name, file = Path(source).name, shell_word(shorten(source))
     beside = f" and spawns no boat; start it beside one: vrx-mj serve WORLD --ros1, then roslaunch {file}"
-    sails = f"; its boats sail in one: vrx-mj run WORLD --fleet {file}"
-    text = f"opens no world of Gazebo{sails if launch.boats or launch.fleet else beside}"
+    sails = f"; sail its boats in one: vrx-mj run WORLD --fleet {file}"
+    text = f"opens no Gazebo world{sails if launch.boats or launch.fleet else beside}"
     text = instead_of(name, arguments) if is_tool(name) and not launch.boats else text
     return file_error(str(source), text)
 
@@ -289,7 +289,7 @@ def joined_world(world: Path | str, launch: Launch, fleet: Source | None) -> tup
 def _fleet_in(found: GazeboWorld, world: str | Path) -> Source | None:
     """The boats of a world of Gazebo, with a warning where it has none."""
     if found.fleet == NO_BOATS:
-        text = "no boat is in this world, and none is added; --fleet FLEET adds some, as --fleet trio"
+        text = "this world has no boats; add some with --fleet FLEET, as in --fleet trio"
         warnings.warn(f"{shorten(world)}: {text}", VrxWarning, stacklevel=5)
     return found.fleet
 
@@ -389,7 +389,7 @@ def _reasons(folder: Path, launches: Mapping[Path, Launch]) -> Iterator[str]:
     """Reasons why nothing in a folder can be opened, the most helpful first: what there is instead of a world."""
     if launches:
         listed = ", ".join(short_names([*launches], folder)[:_LISTED])
-        yield f"its launch files open no world: {listed}; give one to --fleet, with a world"
+        yield f"its launch files open no world: {listed}; pass one to --fleet, with a world"
     for text, kinds in TABLE["instead"].items():
         files = list(files_below(folder, tuple(kinds)))
         names = [file.parent.name for file in files] if "model.sdf" in kinds else short_names(files, folder)
@@ -397,5 +397,5 @@ def _reasons(folder: Path, launches: Mapping[Path, Launch]) -> Iterator[str]:
             yield text.format(", ".join(list(dict.fromkeys(names))[:_LISTED]))
     links = links_below(folder)
     if links:
-        yield f"no world; links are not followed: name the folder that {literal(display(links[0]))} leads to"
-    yield "no launch file and no world of Gazebo in this folder"
+        yield f"no world; symbolic links are not followed: name the folder that {literal(display(links[0]))} points to"
+    yield "no launch file and no Gazebo world in this folder"

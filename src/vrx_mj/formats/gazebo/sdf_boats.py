@@ -78,7 +78,7 @@ def read_boat(file: Path) -> Urdf:
     joints: dict[str, Joint] = {}
     for row in rows:
         if WORLD in {row.parent, row.child}:
-            why = "nothing fixes the boat in place: a joint to the world is ignored"
+            why = "the boat floats freely: a joint to the world is ignored"
             remarks.append(Loss(row.node.place, row.node.path, why))
         elif row.name in joints:
             row.node.fault(f"duplicate name: line {joints[row.name].place.line} has a joint of this name")
@@ -147,11 +147,11 @@ def _offset(model: Model, robot: Urdf) -> Iterator[Loss]:
     top = model.links[robot.root][0]
     x, y, z, *turn = model.frames.pose(robot.root)
     if any(turn) and (robot.gazebo.water or robot.gazebo.hydrodynamics):
-        why = "the root link is turned in its model, in whose axes its drag and added mass count here"
+        why = "the root link is rotated in its model; drag and added mass are applied in the model's axes"
         yield Loss(top.place, top.path, why)
     if any((x, y, z)):
         place = " ".join(f"{value:.4g}" for value in (x, y, z))
-        yield Loss(top.place, top.path, f"the boat's frame is that of its root link, which the model has at {place}")
+        yield Loss(top.place, top.path, f"the boat's frame is that of its root link, which is at {place} in the model")
 
 
 def _tags(model: Model) -> Iterator[Markup]:

@@ -73,7 +73,7 @@ def _solid_inertial(node: Node, felt: Sequence[tuple[Node, Shape]]) -> Inertial 
     full = (with_pose(_full(shape, part.value("density", usual, above=0)), shape.pose) for part, shape in felt)
     parts = [one for one in full if one.mass > 0.0]
     if not parts:
-        node.fault("the mass is to be that of the collisions (auto), which have no volume")
+        node.fault("the mass is that of the collisions (auto), but they have no volume")
         return None
     whole = combine(parts)
     (x, y, z), (xx, yy, zz, xy, xz, yz) = whole.center.tolist(), whole.tensor()
@@ -126,10 +126,10 @@ def _shape(link: str, scope: Scope, model: Model, node: Node, geometry: Node) ->
     tag, known = shape_tag(geometry), len(geometry.findings.problems)
     if node.tag == "visual" and tag == "mesh" and not geometry.text("mesh"):
         model.findings.note("mesh", f"one without <uri> of '{link}'")
-        model.lost.append((node, "its mesh has no <uri>"))
+        model.lost.append((node, "the mesh has no <uri>"))
         return None
     if not tag:
-        model.lost.append((node, "it has no geometry"))
+        model.lost.append((node, "<geometry> is empty"))
     if tag not in SHAPES:
         return None
     values = {"type": tag, "pose": model.inside(node, link, scope), **sizes_of(geometry, tag)}
@@ -236,7 +236,7 @@ def _axis(model: Model, node: Node, tag: str, kind: str, place: Pose, scope: Sco
         return Axis((0.0, 0.0, 1.0), Limits(-LARGEST, LARGEST), {})
     x, y, z = found.values("xyz", "x y z", (0.0, 0.0, 1.0))
     if not (x or y or z):
-        found.fault("must have a length, got '0 0 0'", "xyz")
+        found.fault("must not be zero, got '0 0 0'", "xyz")
     axis, frame = length_one((x, y, z)), _frame_of_axis(model, node, found, scope)
     turn = relative(place, model.frames.pose(frame)) if frame else ZERO
     if turn[3:] != ZERO[3:]:

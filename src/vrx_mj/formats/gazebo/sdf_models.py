@@ -97,7 +97,7 @@ def given_pose(node: Node, farthest: float = _FARTHEST) -> Given:
     x, y, z, *turn = read("x y z qx qy qz qw", (*ZERO, 1.0))
     length = math.hypot(*turn)
     if length == 0.0:
-        found.fault("the quaternion must have a length, got '0 0 0 0'")
+        found.fault("the quaternion must not be zero, got '0 0 0 0'")
         return Given(ZERO, frame, found)
     matrix = rotation_matrix(np.array([turn[3], *turn[:3]]) / length)
     return Given((x, y, z, *angles(tuple(map(tuple, matrix.tolist())))), frame, found)  # type: ignore[arg-type]
@@ -114,7 +114,7 @@ def pose_of(element: Element) -> At:
         return At(list(ZERO), element.place)
     given = given_pose(as_node(replace(element, children=(found,))), math.inf)
     if (base := given.relative_to) not in {"", WORLD, MODEL}:
-        raise found.fault(f"a pose relative to {literal(base)} cannot be taken over: give it in the frame of the model")
+        raise found.fault(f"a pose relative to {literal(base)} is not supported: give it in the model's frame")
     for problem in given.node.findings.problems:
         raise found.fault(problem.message, problem.key.rpartition("pose")[2].strip(" /"))
     return At(list(given.pose), found.place)
@@ -146,7 +146,7 @@ class Frames:
         while name not in self.found:
             if name in chain:
                 names = " > ".join(f"'{_display_name(one)}'" for one in (*chain[chain.index(name) :], name))
-                self.given[name][1].node.fault(f"the poses are relative to each other: {names}")
+                self.given[name][1].node.fault(f"poses are relative to each other in a loop: {names}")
                 return ZERO
             chain.append(name)
             above, given = self.given[name]
@@ -213,7 +213,7 @@ class Model:
         self.urdf_frames: dict[str, Pose] = {}
         """Pose of a link's frame in the URDF in the link's own frame, where the two differ."""
         self.lost: list[tuple[Node, str]] = []
-        """Elements that are not taken over, each with the reason."""
+        """Elements that are not imported, each with the reason."""
         self.nested: list[tuple[Node, Given]] = []
         """Models and includes that are direct children, with their poses."""
         self._includes = self._elements = 0
@@ -291,7 +291,7 @@ class Model:
     def _gather_model(self, node: Node, outer: Node, scope: Scope, folder: Path, depth: int) -> None:
         """Take in a model in another, whichever of the two says how it is called and placed."""
         if depth >= _DEEPEST:
-            node.fault(f"models are in each other deeper than {_DEEPEST} levels")
+            node.fault(f"models are nested more than {_DEEPEST} levels deep")
             return
         included = self._included_model(node, folder) if node.tag == "include" else (node, folder)
         model, place = included or (node, folder)
@@ -319,7 +319,7 @@ class Model:
         try:
             name = uri_name(include.text("uri"))
             if not has_model(name, folder):
-                self.lost.append((include, f"no model named '{name}' beside the file, nor on the path of models"))
+                self.lost.append((include, f"no model named '{name}' beside the file, nor on the model path"))
                 return None
             found = model_element(model_file(f"{SCHEME}{name}", folder))
         except ConfigError as error:
@@ -330,7 +330,7 @@ class Model:
             return None
         self._elements += sum(1 for _ in found.model.walk())
         if self._elements > _MOST_ELEMENTS:
-            include.fault(f"more than {_MOST_ELEMENTS} elements in all models that are included")
+            include.fault(f"more than {_MOST_ELEMENTS} elements in all included models")
             return None
         place = found.file.absolute().parent
         tree = self._tree(found.model, place)

@@ -78,14 +78,14 @@ _FARTHEST = 1e9
 """Limit of a joint that has only the other one [rad or m]."""
 _TYPES = {"screw": "revolute", "revolute2": "universal"}
 """Types of joints of SDF that have other names here."""
-_STATIC: tuple[Fate, str] = "taken over", "the model is static"
+_STATIC: tuple[Fate, str] = "imported", "the model is static"
 """Fate of the joints of a model that does not move."""
 _QUIET = {"mesh", "unit"}
 """Things that are odd in a file of which an object's notes say more, or nothing."""
 _PRODUCT = 1e-9
 """Share of the largest moment of inertia up to which a product is rounding."""
 _MOST_NOTES = 3
-"""Parts of a model that is not taken over as it is, which a message names."""
+"""Parts of a model that is not imported as it is, which a message names."""
 
 
 def object_document(file: Path) -> tuple[Section, str]:
@@ -137,12 +137,12 @@ def _composite(source: Source, report: Report) -> Content:
             continue
         name = model_name(include)
         if name not in known and not has_model(name, folder):
-            report.note(include, "ignored", f"no model of this name: {name}")
+            report.note(include, "ignored", f"no model named '{name}'")
             continue
         model = name if name in known else f"{SCHEME}{name}"
         pose = pose_of(include) if name in known else pose_of_included(include, folder)
         objects.append({"name": include.text("name") or name, "model": At(model, include.place), "pose": pose})
-        report.note(include, "taken over", "`objects`")
+        report.note(include, "imported", "`objects`")
     if not objects:
         names = ", ".join(dict.fromkeys(map(model_name, source.model.all("include"))))
         raise source.model.fault(f"none of its models is known: {shorten(names)}")
@@ -245,8 +245,8 @@ class _Object:
             volume = sum(BuoyancyElement.model_validate(one).volume for parts in found for _, one in parts)
             mass = sum(weight.mass for body in bodies if (weight := mass_of(body)))
             sinks = mass >= volume * WATER_DENSITY
-            then = f"it sinks ({mass:g} kg, {volume:.3g} m3): `static: true`"
-            text = f"without buoyancy plugin{f' {then}' if sinks else '; its collision shapes displace water'}"
+            then = f"it would sink ({mass:g} kg, {volume:.3g} m3), so it is `static: true`"
+            text = f"it has no buoyancy plugin{f' {then}' if sinks else ': its collision shapes displace water'}"
             self.report.note(self.element, "approximated", text)
             if sinks:
                 return None
@@ -268,14 +268,14 @@ class _Object:
             shape = _primitive(part, pose, self.report)
             if shape and shape["type"] in _DISPLACING:
                 yield body, _drag(plugin), shape
-        self.report.note(plugin, "taken over", "`buoyancy`")
+        self.report.note(plugin, "imported", "`buoyancy`")
 
     def inertia(self, body: Body) -> Content:
         """Mass properties of a body; products of inertia only where it has any."""
         found = mass_of(body)
         if found is None:
             row = body.parts[0][0].link
-            raise ConfigError([row.place.problem(f"link '{row.name}'", "must have a mass: it moves")])
+            raise ConfigError([row.place.problem(f"link '{row.name}'", "needs a mass, because it moves")])
         *moments, xy, xz, yz = found.tensor()
         products = [xy, xz, yz] if max(map(abs, (xy, xz, yz))) > _PRODUCT * max(moments) else []
         return {"mass": found.mass, "center_of_mass": found.center.tolist(), "inertia": [*moments, *products]}
@@ -350,7 +350,7 @@ def follow_path(element: Element, report: Report) -> Content | None:
         x, y, *height = point.value("x y z" if len(point.own_text.split()) == 3 else "x y")
         points.append([x, y])
         if any(height):
-            report.note(point, "approximated", "paths are on the water, without its third number")
+            report.note(point, "approximated", "paths lie on the water: the third number is ignored")
     if points:
         found["waypoints"] = points
     for tag in ("circle", "line"):
@@ -364,7 +364,7 @@ def _loops(plugin: Element, report: Report) -> bool:
     """Whether the path begins again at its end; VRX's plugin goes by the presence of a tag alone."""
     forever = plugin.child("loop_forever")
     if forever is not None and not plugin.value_of("loop_forever", "switch", True):
-        report.note(forever, "ignored", "VRX's plugin loops where this tag is there, whatever it says: remove it")
+        report.note(forever, "ignored", "VRX's plugin loops if this tag is present, whatever its value: remove it")
     return forever is not None or plugin.value_of("loop", "switch", False)
 
 
@@ -373,7 +373,7 @@ def _primitive(part: Node, link: Pose, report: Report) -> Content | None:
     geometry = part.child("geometry")
     tag = shape_tag(geometry) if geometry else ""
     if geometry is None or tag not in SHAPES or tag == "mesh":
-        report.note(part, "ignored", f"no shape like <{tag}> here" if tag else "it has no geometry")
+        report.note(part, "ignored", f"<{tag}> shapes are not supported" if tag else "it has no <geometry>")
         return None
     pose = compose(link, given_pose(part).pose)
     return {"type": tag, **sizes_of(geometry, tag), **({} if pose == ZERO else {"pose": list(pose)})}
@@ -391,14 +391,14 @@ def _fate(joint: SdfJoint, tree: Tree) -> tuple[Fate, str]:
     """Fate of a joint."""
     kind = _TYPES.get(joint.type, joint.type)
     if joint.type == "gearbox":
-        return "ignored", "a gearbox couples two other joints; here each moves on its own"
+        return "ignored", "gearboxes are not simulated: each joint moves on its own"
     if joint in tree.loops:
-        return "approximated", "it would close a loop of joints, which is open here; its links move without it"
+        return "approximated", "it closes a loop of joints; it is left out, and the loop stays open"
     if joint.holds:
-        where = "`static`" if WORLD in (joint.parent, joint.child) else "its links are one rigid body"
-        return "taken over", where if joint.type == "fixed" else f"its limits are equal: {where}"
-    left = ", without its thread" if joint.type == "screw" else ""
-    return ("taken over", "`joints`") if kind == joint.type else ("approximated", f"`joints`: a {kind} joint{left}")
+        where = "`static`" if WORLD in (joint.parent, joint.child) else "its links are merged into one rigid body"
+        return "imported", where if joint.type == "fixed" else f"its limits are equal, so it is fixed: {where}"
+    left = " that does not advance" if joint.type == "screw" else ""
+    return ("imported", "`joints`") if kind == joint.type else ("approximated", f"`joints`: a {kind} joint{left}")
 
 
 def _axis(axis: Axis, *, free: bool, sign: int) -> Content:
@@ -481,5 +481,5 @@ def _notes(file: Path) -> tuple[str, ...]:
     """Parts of an object that differ here or are ignored."""
     report = Report()
     model_section(file, report)
-    notes = dict.fromkeys(f"{note.what} {note.fate}: {note.ours}" for note in report.notes if note.fate != "taken over")
+    notes = dict.fromkeys(f"{note.what} {note.fate}: {note.ours}" for note in report.notes if note.fate != "imported")
     return tuple(first_lines(notes, _MOST_NOTES))

@@ -88,7 +88,7 @@ def published_sea(plugin: Element) -> Content | None:
     if message is None:
         return None
     if len(message.own_text) > _LONGEST_MESSAGE:
-        raise message.fault(f"a message of more than {_LONGEST_MESSAGE} characters is too long")
+        raise message.fault(f"message too long: at most {_LONGEST_MESSAGE} characters")
     _, *rest = _KEY.split(message.own_text)
     texts = {
         name: " ".join(number or text for number, text in _VALUE.findall(body))
@@ -157,12 +157,12 @@ def unread(plugin: Element) -> Iterator[tuple[Element, str]]:
         text = child.own_text.strip("/")
         if child.tag.endswith(_TOPICS):
             if text.partition("/")[0] not in _OURS | {plugin.text("vehicle")}:
-                yield child, "topics have the names that VRX gives them"
+                yield child, "topics keep VRX's names"
         elif child.tag == "frame":
             if text not in {"", plugin.text("vehicle") or _BOAT}:
-                yield child, "poses are relative to the boat"
+                yield child, "poses are always relative to the boat"
         elif child.tag not in known and f"{kind}/{child.tag}" not in known:
-            yield child, "no such element is read of this plugin"
+            yield child, "this plugin does not read it"
 
 
 def markers_of(plugin: Element) -> Content | None:
@@ -228,7 +228,7 @@ def _scan_dock(plugin: Element, _: object, objects: Sequence[Content]) -> Conten
     light = next((one for one in objects if one["model"] == _LIGHT), None)
     dock = next((one for one in objects if re.match(r"(vrx_)?dock_(?!block)", one["model"])), None)
     if dock is None:
-        raise plugin.fault("this task needs a dock, and no model of the world is one")
+        raise plugin.fault("this task needs a dock, but the world has none")
     name = plugin.text("task_name")
     usual = "scan_dock_deliver" if targets else "scan_and_dock" if light else "dock"
     known = name in {"dock", "scan_and_dock", "scan_dock_deliver"} and not (name == "dock" and light is not None)
@@ -245,7 +245,7 @@ def _targets(targets: Sequence[Element], bays: int) -> Content:
     found = []
     for target in targets:
         if (hole := _HOLE.search(target.text("topic"))) is None:
-            raise target.fault("expected the topic of a hole, as vrx/dock_2022_placard1_big_hole/contain", "topic")
+            raise target.fault("expected the topic of a hole, as in vrx/dock_2022_placard1_big_hole/contain", "topic")
         points = target.value_of("bonus_points", default=0.0)
         found.append({"bay": int(hole[1]), "size": hole[2], "points": points})
     usual = [{"bay": bay, "size": size, "points": points} for bay in range(1, bays + 1) for size, points in _HOLES]

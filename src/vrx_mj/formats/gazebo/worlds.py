@@ -122,7 +122,7 @@ def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> Gaze
     if world is None:
         raise _no_world(root)
     if "#" in str(file):
-        raise world.fault("the path of the file has a '#', which separates a file from the name of a model: rename it")
+        raise world.fault("the path contains '#', which separates a file from a model name: rename the file")
     hold_models(file, root)
     known, unread = catalogue("objects"), list[Note]()
     for turn in itertools.count():
@@ -137,7 +137,7 @@ def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> Gaze
             place = Place(File(problem.file, None), problem.line, problem.column)
             unread.append(Note(place, problem.key or label(part), "not read", problem.message))
         more = _alike(world, parts.values()) if turn >= _CANDIDATES else []
-        warning = f"{_CANDIDATES} others of its kind cannot be read"
+        warning = f"{_CANDIDATES} others of this kind cannot be read"
         unread += [Note(one.place, label(one), "not read", warning) for one in more]
         left = {id(part) for part in (*parts.values(), *more)}
         world = replace(world, children=tuple(child for child in world.children if id(child) not in left))
@@ -176,11 +176,11 @@ def world_document(source: str | Path) -> tuple[Section, str]:
 def warn_of_losses(notes: Sequence[Note], source: str, *, stacklevel: int) -> None:
     """One warning of the parts of a file that are another way here, or not at all."""
     once = dict.fromkeys(notes)
-    lost = [note for note in once if note.fate != "taken over"]
+    lost = [note for note in once if note.fate != "imported"]
     if lost:
         places = (":".join(map(str, filter(None, (note.place.file.name, note.place.line)))) for note in lost)
         lines = (f"{place}: {note.what} {note.fate}: {note.ours}" for place, note in zip(places, lost, strict=True))
-        head = f"{source}: {len(lost)} of {len(once)} parts are not as in Gazebo (`vrx-mj import` lists all)"
+        head = f"{source}: {len(lost)} of {len(once)} parts differ from Gazebo (`vrx-mj import` lists all)"
         warnings.warn("\n  ".join([head, *first_lines(lines, _SHOWN)]), VrxWarning, stacklevel=stacklevel)
 
 
@@ -223,7 +223,7 @@ class _Reader:
         for part, child in zip(self.root.children, in_world_frame(self.root, self.file), strict=True):
             self.take_part(part, child)
         for other in self.others:
-            self.report.note(other, "ignored", "a file has one world: the first")
+            self.report.note(other, "ignored", "only the first world of a file is read")
         try:
             self.finish()
         except ConfigError as error:
@@ -247,7 +247,7 @@ class _Reader:
         pose, place = pose_of_included(element, folder) if element.tag == "include" else pose_of(element)
         whole = At(list(boat_pose(pose, model_file(robot, folder))), place)
         self.boats.append({"name": safe_name(name), "pose": whole, "robot": At(robot, element.place)})
-        self.report.note(element, "taken over", "a boat, unless a fleet is given")
+        self.report.note(element, "imported", "a boat, unless a fleet is given")
 
     def take_part(self, part: Element, child: Element | ConfigError) -> None:
         """Take over a part of the world, in its frame; what is wrong is kept for the end."""
@@ -286,7 +286,7 @@ class _Reader:
         last = tag == "scene" and self.file.suffix == ".xacro"
         counts = self.root.all(tag)[-1 if last else 0] if tag in _ONCE else element
         if counts is not element:
-            text = f"a world has one <{tag}>: the {'last' if last else 'first'}, on line {counts.place.line}"
+            text = f"only the {'last' if last else 'first'} <{tag}> is read, on line {counts.place.line}"
             self.report.note(element, "ignored", text)
         return counts is not element
 
@@ -300,13 +300,13 @@ class _Reader:
     def add_piece(self, part: str, element: Element, content: Content, ours: str) -> None:
         """Add a piece of the world, in which may be keys of other parts."""
         self.pieces.append(Piece(part, label(element), element.place, (label(element),), content))
-        self.report.note(element, "taken over", ours)
+        self.report.note(element, "imported", ours)
 
     def take_include(self, element: Element) -> None:
         """Take over a model by its name."""
         name = model_name(element)
         if name in _BASES and self.terrain is not None:
-            raise element.fault(f"a world has one terrain, and line {self.terrain.place.line} already gives it")
+            raise element.fault(f"a world has one terrain, already set on line {self.terrain.place.line}")
         if name in _BASES:
             self.terrain = element
         elif name in _TABLE["models"] and not (name in _WATER and has_model(name, self.file.parent)):
@@ -346,7 +346,7 @@ class _Reader:
         if self.take_water(element, model, name):
             return False
         if not any(one.tag in {"link", *INSIDE} for one in model.children):
-            self.report.note(element, "ignored", "a model without links has no body")
+            self.report.note(element, "ignored", "the model has no links")
             return False
         if element.value_of("static", "switch") or not is_boat(model):
             return True
@@ -361,7 +361,7 @@ class _Reader:
             ours = f"`sea`{', fully raised by that wind' * (sea['model'] == 'pm')}"
             self.add_piece("sea", waves if model is element else element, {"sea": sea}, ours)
         elif name in _WATER:
-            self.report.note(element, "taken over", "the water, which is everywhere")
+            self.report.note(element, "imported", "the water, which is everywhere")
         return waves is not None or name in _WATER
 
     def tell(self, model: str, folder: Path) -> None:
@@ -396,7 +396,7 @@ class _Reader:
         kinds = [one for one in (known[0], *self.known) if one == known[0] or one.startswith(f"{name}_2023_")]
         found = next((one for one in kinds if same_buoyancy(given, self.buoyancy(one))), None)
         if found is None:
-            self.report.note(include, "approximated", f"`{known[0]}`, which displaces another shape or has other drag")
+            self.report.note(include, "approximated", f"`{known[0]}`, whose buoyancy shape or drag differs")
         return found or known[0]
 
     def buoyancy(self, model: str) -> Content:
@@ -424,12 +424,12 @@ class _Reader:
         elif name in _WINDS:
             self.add("wind", element, element.fields("wind"))
             if any(thing.text("link_name") == _STALE_LINK for thing in element.all("wind_obj")):
-                self.report.note(element, "approximated", "its link `base_link` is the boat's here", "<wind_obj>")
+                self.report.note(element, "approximated", "its link `base_link` is taken as the boat", "<wind_obj>")
             for tag, topic in _TABLE["topics"].items():
                 if element.text(tag) not in {"", topic}:
-                    self.report.note(element, "ignored", f"here it is `{topic}`", f"<{tag}>")
+                    self.report.note(element, "ignored", f"the topic is always `{topic}`", f"<{tag}>")
         elif "publisherplugin" in name:
-            self.add("sea", element, published_sea(element), "it publishes what nothing here listens to")
+            self.add("sea", element, published_sea(element), "nothing here subscribes to what it publishes")
         else:
             known = "contain" if element.child("performer") else name
             self.report.note(element, *next(said for pattern, *said in _TABLE["plugins"] if re.search(pattern, known)))
@@ -438,16 +438,16 @@ class _Reader:
         """Take over the wind of gz-sim, which acts on boats with sails, areas or coefficients."""
         plugin = next((one for one in self.root.all("plugin") if plugin_name(one) in _WINDS), None)
         if plugin is not None:
-            self.report.note(element, "ignored", f"the wind is that of the plugin on line {plugin.place.line}")
+            self.report.note(element, "ignored", f"the wind plugin on line {plugin.place.line} is used instead")
             return
         if element.value_of("linear_velocity", "x y z", (0.0,))[-1]:
-            self.report.note(element, "approximated", "it blows level, without its third number")
-        self.add("wind", element, mean_wind(element), "it is calm")
+            self.report.note(element, "approximated", "wind is horizontal: the third number is ignored")
+        self.add("wind", element, mean_wind(element), "there is no wind")
 
     def take_surroundings(self, element: Element) -> None:
         """Take over light, sky and fog; the pose of the view; or where the world is on Earth."""
         part, read = _SURROUNDINGS[element.tag]
-        self.add(part, element, read(element), "it belongs to Gazebo's window")
+        self.add(part, element, read(element), "only for Gazebo's GUI")
 
     def take_physics(self, element: Element) -> None:
         """Take over the physics, as far as it is not ours; older files have gravity in it."""
@@ -456,9 +456,9 @@ class _Reader:
         step = element.value_of("max_step_size")
         usual = 0.004 if self.newer else 0.01
         if step is None or step == usual:
-            self.report.note(element, "taken over", f"`physics`: a step of {usual:g} s")
+            self.report.note(element, "imported", f"`physics`: a step of {usual:g} s")
         else:
-            self.report.note(element, "approximated", f"a step of {step:g} s; here {usual:g} s, `physics: timestep`")
+            self.report.note(element, "approximated", f"a step of {usual:g} s, not {step:g} s: `physics: timestep`")
 
     def take_gravity(self, element: Element) -> None:
         """Take over gravity."""
@@ -466,7 +466,7 @@ class _Reader:
         if z > 0 or math.hypot(x, y) > _STEEP * -z:
             raise element.fault(f"gravity must point down, got {literal(element.own_text)}")
         if x or y:
-            self.report.note(element, "approximated", "it points straight down")
+            self.report.note(element, "approximated", "gravity is taken straight down")
         self.add_piece("gravity", element, {"physics": {"gravity": -z}}, "`physics: gravity`")
 
     def finish(self) -> None:
@@ -479,9 +479,9 @@ class _Reader:
         others: list[tuple[Element, Content]] = []
         for element, content in self.placed:
             if any(_same(content, one) for one in base):
-                self.report.note(element, "taken over", "part of the world that this one extends")
+                self.report.note(element, "imported", "part of the extended world")
             else:
-                self.report.note(element, "taken over", "`objects`")
+                self.report.note(element, "imported", "`objects`")
                 others.append((element, content))
         self.check_names(others, base)
         objects = [content for _, content in others]
@@ -501,7 +501,7 @@ class _Reader:
             name, is_included = str(_plain(said)), element.tag == "include"
             if name in first:
                 key = "<name>" if is_included else "name"
-                text = f"a model named '{name}' {first[name]} already: give one another {key}"
+                text = f"a model named '{name}' {first[name]} already: change one {key}"
                 self.report.problems += element.fault(text).problems
             first.setdefault(name, f"is {'included' if is_included else 'defined'} on line {element.place.line}")
 
@@ -515,9 +515,9 @@ class _Reader:
         here = [content for _, content in self.placed]
         missing = [one for one in found if one["model"] != _BALL and not any(_same(other, one) for other in here)]
         if missing:
-            self.report.note(element, "approximated", f"`extends: {world}`, which has {missing[0]['name']}, too")
+            self.report.note(element, "approximated", f"`extends: {world}`, which also has {missing[0]['name']}")
         else:
-            self.report.note(element, "taken over", f"`extends: {world}`")
+            self.report.note(element, "imported", f"`extends: {world}`")
         self.pieces.insert(0, Piece("base", label(element), element.place, (label(element),), {"extends": world}))
         return list(found)
 
@@ -534,9 +534,9 @@ class _Reader:
             self.report.note(element, "ignored", reason)
         for other in self.scoring:
             if other is not plugin and task["type"] == "gymkhana":
-                self.report.note(other, "taken over", "part of the gymkhana")
+                self.report.note(other, "imported", "part of the gymkhana")
             elif other is not plugin:
-                self.report.note(other, "ignored", "a world has one task: that of the first scoring plugin")
+                self.report.note(other, "ignored", "only the task of the first scoring plugin is read")
 
 
 def _same(content: Content, other: Content) -> bool:

@@ -311,7 +311,7 @@ def _against_type(instance: Instance, book: Rules) -> Iterator[Breach]:
     for key in instance.parameters:
         if key not in rules.parameters:
             release = getattr(part.parameter(key), "release", None)
-            missing = "" if release in {None, book.release} else "; this VRX's macro has no such parameter"
+            missing = "" if release in {None, book.release} else "; the macro of this VRX release has no such parameter"
             yield Breach("parameter", f"parameter {key} not permitted{missing}")
 
 
@@ -322,7 +322,7 @@ def _outside(point: Point, boxes: Sequence[Box]) -> str:
         return f"inside {' and '.join(full)}, which {'is' if len(full) == 1 else 'are'} full"
     near = nearest_box(point, boxes)
     if near is None:
-        return "no box exists for it"
+        return "there is no box for it"
     off = (x - there for x, there in zip(point, near.point, strict=True))
     ways = (f"{abs(d):.4g} m {words[d > 0]}" for d, words in zip(off, _WAYS, strict=True) if abs(d) > _FACE)
     return f"outside every box; it misses {near.box.name} by {near.distance:.4g} m: {', '.join(ways)}"

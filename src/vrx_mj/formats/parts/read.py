@@ -289,9 +289,9 @@ def _suspicious_values(instance: Instance) -> Iterator[tuple[str, str]]:
     yield from _post(instance)
     kind = instance.parameters.get("type", _LIDAR_TYPES[0])
     if instance.type == "lidar" and kind not in _LIDAR_TYPES:
-        yield "type", f"VRX makes no lidar of type {literal(kind)}; known: {', '.join(_LIDAR_TYPES)}"
+        yield "type", f"VRX has no lidar type {literal(kind)}; known: {', '.join(_LIDAR_TYPES)}"
     if _JAZZY_NAMES & instance.parameters.keys() and "position" in instance.parameters:
-        message = "VRX jazzy takes it for the beacon's place in the world; the receiver is at base_link's origin"
+        message = "VRX jazzy reads it as the beacon's position in the world; the receiver is at base_link's origin"
         yield "position", message
 
 
@@ -303,8 +303,8 @@ def _post(instance: Instance) -> Iterator[tuple[str, str]]:
     height, foot = (float(instance.parameters.get(key, part.default(key) or 0.0)) for key in ("z", "post_z_from"))
     length = height - foot - part.drop
     if length < -1e-9:  # rounding may leave a little of zero
-        needed = f"it needs {foot + part.drop:g} m or more"
-        yield "z", f"at {height:g} m its post is {length:.4g} m long, with a negative mass; {needed}"
+        needed = f"at least {foot + part.drop:g} m is needed"
+        yield "z", f"at {height:g} m its post is {length:.4g} m long, and its mass negative; {needed}"
 
 
 def load_parts(path: Path | str, kind: Kind) -> PartsFile:
@@ -394,7 +394,7 @@ def _read_type(reading: _Reading, section: Section, key: str) -> None:
         if isinstance(value, Section):
             _read_instance(reading, part, value, loc)
         else:
-            hint = "; {} takes every default" if value is None else ""
+            hint = "; {} keeps every default" if value is None else ""
             reading.wrong(where, loc, f"expected parameters, got {literal(value)}{hint}")
 
 
@@ -470,7 +470,7 @@ def _check_names(reading: _Reading) -> None:
             continue  # an invalid name is a problem already
         if name in seen:
             default = "" if key in instance.parameters else ", as this one is by default"
-            message = f"the part on line {seen[name].line} is named '{name}'{default}; each needs its own name"
+            message = f"duplicate name '{name}'{default}: the part on line {seen[name].line} has the same"
             reading.wrong(place, (*loc, key), message)
         elif name in _HULL_LINKS and reading.kind == "components":
             reading.wrong(place, (*loc, key), f"the hull already has a link '{name}_link'; choose another name")

@@ -123,11 +123,11 @@ def read_series(path: Path) -> Series:
     patched = "begins with '+', as in a patch file; remove the '+'"
     problems = [problem_at(root, (name,), patched) for name in root if name.startswith("+")]
     if problems or not root:
-        raise ConfigError(problems or [problem_at(root, (), "no axes; an axis has `steps` and `macros`")])
+        raise ConfigError(problems or [problem_at(root, (), "expected axes, each with `steps` and `macros`")])
     series = Series(file, path.stem, root, tuple(Axis.of(name, content) for name, content in root.items()))
     if series.count > MOST_WORLDS:
         counts = " x ".join(literal(axis.steps) for axis in series.axes)
-        message = f"{counts} steps make {literal(series.count)} worlds; a file may have {MOST_WORLDS}"
+        message = f"{counts} steps make {literal(series.count)} worlds; at most {MOST_WORLDS} are allowed"
         raise ConfigError([Problem(file.name, 1, None, "", message)])
     if remarks := [*_remarks(series, repeats)]:
         warnings.warn(f"{file.name}: {'; '.join(remarks)}", VrxWarning, stacklevel=2)
@@ -138,7 +138,7 @@ def _remarks(series: Series, repeats: Sequence[Repeat]) -> Iterator[str]:
     """Suspicious parts of a file: keys that are given twice, and steps that are never reached."""
     if repeats:
         keys = ", ".join(f"{key} (lines {first} and {last})" for key, first, last in repeats)
-        yield f"given twice; the later one counts, as in VRX: {keys}"
+        yield f"given twice; the last one is used, as in VRX: {keys}"
     for axis in series.axes:
         beyond = sorted({step for step in (*axis.sequence, *axis.sides) if step >= axis.steps})
         if beyond:
@@ -229,7 +229,7 @@ def _worked_out(series: Series, loc: tuple[str | int, ...], given: Section, step
             continue
         result = results[value, step]
         if result.problem:
-            message = f"{literal(value)}: {result.problem}; a text needs single quotes inside the double ones"
+            message = f"{literal(value)}: {result.problem}; text needs single quotes inside the double quotes"
             raise ConfigError([problem_at(series.root, (*loc, key), message)])
         values[key] = result.value
     return given.holding(values)

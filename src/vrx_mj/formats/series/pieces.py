@@ -15,7 +15,7 @@ from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.formats.urdf.elements import unused_name
 
 _SINGLE = ("base", "task")
-"""Parts that a world has once; of others, such as the sea, the later one counts."""
+"""Parts that a world has once; of others, such as the sea, the last one is used."""
 _ORDER = ("extends", "description", "georeference", "terrain", "physics", "scene", "sea", "wind", "spawn", "camera",
          "markers", "objects", "task")  # fmt: skip
 """Keys of a world's file as our own have them."""
@@ -118,7 +118,7 @@ def pieces_in_force(pieces: Sequence[Piece]) -> list[Piece]:
             message = f"a world has one {piece.part}, which '{first.name}' on line {line} already gives"
             raise ConfigError([piece.place.problem(key_path(piece.loc), message)])
         text = f"{piece.place.file.name}: {piece.name} is called on lines {line} and {piece.place.line}"
-        warnings.warn(f"{text}; the later one counts", VrxWarning, stacklevel=2)
+        warnings.warn(f"{text}; the last one is used", VrxWarning, stacklevel=2)
         kept[kept.index(first)] = piece
     return kept
 

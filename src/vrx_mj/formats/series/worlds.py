@@ -211,7 +211,7 @@ def world_document(source: str | Path) -> tuple[Section, str] | None:
     series = read_series(file_of("worlds", text))
     if not re.fullmatch("[0-9]{1,9}", number) or int(number) >= series.count:
         last = series.count - 1
-        raise VrxError(f"{series.file.name}{_MARK}{number}: no such world; the series has 0 to {last}")
+        raise VrxError(f"{series.file.name}{_MARK}{number}: no such world; the series has worlds 0 to {last}")
     world = series_world(series, int(number))
     return read_source("worlds", world.section), world.name
 
@@ -224,7 +224,7 @@ def refuse_axes(file: Path, source: str | Path) -> None:
     """
     with contextlib.suppress(ConfigError):
         last = read_series(file).count - 1
-        raise VrxError(f"{source} is a series of worlds: name one of them, '{source}#0' to '{source}#{last}'")
+        raise VrxError(f"{source} is a series of worlds: name one, '{source}#0' to '{source}#{last}'")
 
 
 def series_world(series: Series, number: int) -> SeriesWorld:

@@ -375,7 +375,7 @@ def _why(rows: Mapping[str, Mapping[str, Entry]], path: str, value: str, side: _
         base, _, name = path.rpartition("/")
         known = (one.rpartition("/")[2] for one in rows if one.rpartition("/")[0] == base)
         close = nearest(name, [one for one in known if one.startswith("@") == name.startswith("@")])
-        return "unknown here" + (f"; did you mean '{close.removeprefix('@')}'?" if close else "")
+        return "not recognized" + (f"; did you mean '{close.removeprefix('@')}'?" if close else "")
     tag = row[side]
     return "" if tag.fate != "lost" or (tag.usual is not None and _equal(value, tag.usual)) else tag.words
 

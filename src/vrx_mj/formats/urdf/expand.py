@@ -33,7 +33,7 @@ from vrx_mj.foreign import ReaderError, ask
 from vrx_mj.formats.urdf.xml_document import Table, file_error, read_bytes, read_text
 from vrx_mj.packages import root
 
-OUTSIDE = f"it is neither in the folder of the first file nor in a package; {ALLOW}"
+OUTSIDE = f"outside the folder of the first file and of every package; {ALLOW}"
 """Reason why a file may not be read."""
 _SHOWN_WARNINGS = 10
 _SECONDS, _ANSWER = 3, 32 << 20
@@ -207,7 +207,7 @@ def check_library(file: Path) -> None:
     names = list(dict.fromkeys(_MACRO.findall(read_bytes(file).decode("utf-8", "replace"))))
     if names:
         listed = first_names((f"'{name}'" for name in names), 8)
-        message = f"has no links, only macros: {listed}; name the file that calls them"
+        message = f"only defines macros: {listed}; name the file that uses them"
         raise file_error(file, message, "robot")
 
 
@@ -267,7 +267,7 @@ def _ask(known: Sequence[str] | None, file: Path, *arguments: object, reads: Seq
 
 def _warn(file: Path, made: Expanded) -> None:
     """One warning of all that xacro warns of, and one of what is left out."""
-    for what, lines in (("xacro warns", made.warnings), ("not read, as packages are missing", made.left_out)):
+    for what, lines in (("xacro warns", made.warnings), ("not read, because packages are missing", made.left_out)):
         if lines:
             text = "\n".join([f"{display(file)}: {what}", *first_lines(lines, _SHOWN_WARNINGS)])
             warnings.warn(text, VrxWarning, stacklevel=3)

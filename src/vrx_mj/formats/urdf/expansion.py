@@ -137,7 +137,7 @@ def _result(text: str, names: Mapping[str, object]) -> Result:
         return Result(problem=_message(_cause(error), _Trail(error)))
     if value is None or isinstance(value, bool | int | float | str):
         return Result(value)
-    return Result(problem=f"comes to a {type(value).__name__}, not to a number or text")
+    return Result(problem=f"evaluates to a {type(value).__name__}, not a number or text")
 
 
 def evaluate_argument(expression: str, arguments: Mapping[str, str], packages: Mapping[str, str], folder: str) -> str:
@@ -416,7 +416,7 @@ def _message(cause: BaseException, trail: "_Trail") -> str:
     if isinstance(cause, MemoryError):
         return "takes too much memory"
     if isinstance(cause, RecursionError):
-        return "nested too deeply: does something refer to itself?"
+        return "nested too deeply; does something refer to itself?"
     if isinstance(cause, SyntaxError):
         return str(cause.msg)
     if isinstance(cause, OSError) and cause.strerror:

@@ -20,11 +20,11 @@ _AXES = ("xU", "yV", "zW", "kP", "mQ", "nR")
 """Coefficients along the axes of motion: surge, sway, heave, roll, pitch, yaw."""
 _FOSSEN = {axis: (f"{axis[0]}Dot{axis[1]}", axis, f"{axis}abs{axis[1]}", f"{axis}{axis[1]}") for axis in _AXES}
 """Tags of added mass [kg, kg m2], linear [N s/m, N m s] and quadratic drag, the last by its newer and older name."""
-CURRENT = Tag("default_current", (0.0, 0.0, 0.0), "m/s"), "{} is ignored: the water has no current here"
+CURRENT = Tag("default_current", (0.0, 0.0, 0.0), "m/s"), "{} is ignored: set currents in the world"
 _TYPES = ("COMMAND", "EFFORT", "POSITION", "VELOCITY")
 
 _COEFFICIENT = re.compile(r"[xyzkmn](Dot)?[UVWPQR][UVWPQR]?|[xyzkmn][UVWPQR]abs[UVWPQR]")
-SPEEDS = Tag("use_angvel_cmd", False), "commands are no speeds of the propeller [rad/s]: {} is ignored"
+SPEEDS = Tag("use_angvel_cmd", False), "{} is ignored: commands are not propeller speeds [rad/s]"
 _MAPPINGS = {0.0: "linear", 1.0: "glf"}
 _WIND = Tag("coeff_vector|wind_coeff_vector", (0.0, 0.0, 0.0), labels="x y yaw")
 _FORWARD = (1.0, 0.0, 0.0)
@@ -35,9 +35,9 @@ _FREEFLOATING_THRUST = 100.0
 _STEEPEST = 5.5
 """Largest slope of the normal force of a foil by its aspect ratio; 6.13 is that of an endless blade."""
 _ASV_FOILS = {"asv_sim2-sail-lift-drag-system": "sail", "asv_sim2-foil-lift-drag-system": "rudder"}
-_LIFTED = "; its coefficients are ours, as the plugin's lift, 8 sin(2 angle), is five times a sail's"
-_SHARES = "commands are shares of the largest thrust, -1 to 1"
-_TRIANGLES = "its damping and drag of each triangle are not simulated; all drag is derived from the hull"
+_LIFTED = "; its coefficients are replaced: the plugin's lift, 8 sin(2 angle), is five times that of a sail"
+_SHARES = "commands are fractions of the maximum thrust, -1 to 1"
+_TRIANGLES = "drag and damping by triangle are not simulated; all drag is derived from the hull"
 """Warning about the water of asv_wave_sim, which acts on the triangles of the hull."""
 QUIET_PLUGINS: frozenset[str] = frozenset(TABLES["quiet_plugins"])
 """Plugins that only publish what ROS has anyway, or that steer what thrusters steer here."""
@@ -52,7 +52,7 @@ def read_fossen(node: Node, scope: Scope) -> Values:
     positive = [tag for tag in used if node.value(tag, 0.0) > 0.0]
     if positive:
         names = ", ".join(sorted(positive))
-        scope.warn(node, f"positive coefficients push in gz-sim, here they resist as negative ones do: {names}")
+        scope.warn(node, f"positive coefficients drive the boat in gz-sim; they are read as negative: {names}")
     tags = dict.fromkeys(str(child.tag) for child in node.element)
     crossed = [tag for tag in tags if _COEFFICIENT.fullmatch(tag) and tag not in used and node.value(tag, 0.0)]
     if crossed:
@@ -135,12 +135,12 @@ def with_channels(
     channels = {}
     for one in controls:
         if one.joint not in commands:
-            scope.warn(one.node, f"the joint '{one.joint}' neither pushes nor steers here: no thruster is on it")
+            scope.warn(one.node, f"the joint '{one.joint}' is ignored: no thruster is mounted on it")
             continue
         try:
             channels[one.channel] = ChannelEntry(thruster=commands[one.joint], trim=one.trim, span=one.span)
         except ValidationError:
-            scope.warn(one.node, f"channel {one.channel} is ignored: no servo has a trim of {one.trim:g} us")
+            scope.warn(one.node, f"channel {one.channel} is ignored: a trim of {one.trim:g} us is out of range")
     return found, channels
 
 
@@ -204,7 +204,7 @@ def _thrusters(node: Node, robot: Robot) -> None:
     """VRX's thrust plugin. A sign of maxForceRev that is lost is put right."""
     timeout, parts = node.value("cmdTimeout", 1.0), node.children("thruster")
     if not parts:
-        robot.warn(node, "no <thruster> in it")
+        robot.warn(node, "it has no <thruster>")
     for part in parts:
         link, mapping = robot.link(part, "linkName"), part.value("mappingType", 0.0)
         if mapping not in _MAPPINGS:
@@ -229,7 +229,7 @@ def _newer_thruster(node: Node, robot: Robot) -> None:
     engine = robot.hinge(joint.child, above=1)
     limits = robot.urdf.joints[engine].limits if engine else None
     robot.check(node, [SPEEDS])
-    robot.warn(node, "commands are newtons only in worlds of profile vrx3, else shares of the largest thrust, -1 to 1")
+    robot.warn(node, "commands are newtons only in profile vrx3, otherwise fractions of the maximum thrust, -1 to 1")
     drive = node.fields(FIELDS["newer_thruster"]) | {"timeout": 0.0}
     drive["max_angle"] = min(abs(limits.lower), abs(limits.upper)) if limits else math.pi / 2
     own = robot.local(joint.child).rpartition("::")[2].removesuffix("_link").removesuffix("_propeller")
@@ -248,7 +248,7 @@ def _uuv_thruster(node: Node, robot: Robot) -> None:
     joint, least = robot.urdf.above.get(link), abs(node.value("thrustMin", 0.0))
     largest = max(node.value("thrustMax", 0.0), 0.0) or _conversion_force(node)
     if largest <= 0.0:
-        robot.warn(node, f"no thrustMax and no largest input; the largest thrust is {_USUAL_THRUST:g} N")
+        robot.warn(node, f"without thrustMax and a maximum input, the maximum thrust is {_USUAL_THRUST:g} N")
         largest = _USUAL_THRUST
     robot.warn(node, _SHARES)
     axis = joint.axis if joint and joint.type in {"continuous", "revolute"} else _FORWARD
@@ -277,7 +277,7 @@ def _freefloating(node: Node, robot: Robot) -> None:
         over = part.value("effortOverWater", 0.0, low=0)
         largest = part.value("effort|effortUnderWater", 0.0 if over else _FREEFLOATING_THRUST, low=0)
         if over and over != largest:
-            robot.warn(part, f"one largest thrust under and over water: {largest or over:g} N")
+            robot.warn(part, f"the maximum thrust is the same in and out of the water: {largest or over:g} N")
         largest = largest or over
         drive = {"max_force_forward": largest, "max_force_reverse": largest}
         if link:
@@ -301,7 +301,7 @@ def _foil(node: Node, robot: Robot) -> None:
     area = node.value("area", 1.0, above=0)
     entry: dict[str, object] = {"center": (x, y, z), "joint": joint, "max_angle": math.pi / 2}
     if kind == "sail" and joint:
-        robot.warn(node, "a sail on a sheet: its command is how far the boom goes to lee" + ("" if theirs else _LIFTED))
+        robot.warn(node, "a sail on a sheet: its command limits the boom to leeward" + ("" if theirs else _LIFTED))
         curve = {"coefficients": _sail_rows(node)} if theirs else {}
         if (sail := node.config_of(SailEntry, entry | curve | {"area": area})) is not None:
             robot.sails[name] = sail
@@ -314,7 +314,7 @@ def _foil(node: Node, robot: Robot) -> None:
         if (blade := node.config_of(RudderEntry, entry)) is not None:
             robot.rudders[name] = blade
     else:
-        robot.warn(node, f"a foil of link_type '{kind}' {'that no joint turns ' if kind == 'sail' else ''}is ignored")
+        robot.warn(node, f"a foil of link_type '{kind}' {'without a joint ' if kind == 'sail' else ''}is ignored")
 
 
 def _sail_rows(node: Node) -> tuple[tuple[float, float, float], ...]:
@@ -353,7 +353,7 @@ def _newer_water(robot: Robot) -> None:
         robot.check_body(drag, "link_name")
         robot.hydrodynamics = drag.config_of(HydrodynamicsConfig, _coefficients(drag) | floats)
     else:
-        robot.warn(drag, "no hull (Surface plugin) with points belongs to it; its shapes displace the water")
+        robot.warn(drag, "no hull (Surface plugin) with points matches it; the collision shapes displace water")
     if drag is not None and robot.hydrodynamics is None:
         robot.water |= _coefficients(drag)
 

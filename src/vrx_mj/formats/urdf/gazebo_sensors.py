@@ -132,7 +132,7 @@ class Scope(Gazebo):
         rate: float = node.value_of(tag)
         if rate == 0:
             name = child.tag if child else tag.path.rpartition("|")[2]
-            self.warn(node, f"has no {name}; it is read at {_USUAL_RATE:g} Hz, not at every step")
+            self.warn(node, f"has no {name}; {_USUAL_RATE:g} Hz is used, not every step")
         return rate or _USUAL_RATE
 
 
@@ -226,7 +226,7 @@ def read_instrument(node: Node, scope: Scope) -> None:
         names = [name.format(own=own, frame=frame, root=scope.urdf.root) for name in kind.links]
         link = next(filter(None, (scope.find(name, scope.urdf.links) for name in names)), "")
         if not link and kind.rate is None:
-            scope.warn(node, f"no link named '{names[0]}' to launch from; the root link is used")
+            scope.warn(node, f"no link named '{names[0]}' to launch from: the root link is used")
         link = link or scope.urdf.root
     link = link or scope.link(node, LINK)
     scope.check(node, [(tag, words) for tag, words in OFFSETS if tag.path in kind.ignored])
@@ -277,7 +277,7 @@ def _lidar(node: Node, plugin: Node | None, scope: Scope, _: str) -> Values:
     rings, low, high = found["rings"], found["lowest"], found["highest"]
     scan = plugin_kind(plugin) in SENSORS["lidar"].scans if plugin else rings == 1
     if scan and rings > 1:
-        scope.warn(node, f"a scan has one ring; the other {rings - 1} are ignored")
+        scope.warn(node, f"a scan has one ring: the other {rings - 1} are ignored")
     near, far = max(found["near"], found["nearest"]), min(found["far"], found["farthest"])
     if reach and near >= far:
         reach.fault(f"invalid range from {near:g} m to {far:g} m: the nearest return must be below the farthest")

@@ -273,7 +273,7 @@ def _axis(node: Node, kind: str) -> tuple[float, float, float]:
     axis = node.child("axis")
     x, y, z = axis.numbers("xyz", "x y z", (1.0, 0.0, 0.0)) if axis else (1.0, 0.0, 0.0)
     if axis and not (x or y or z) and kind not in {"fixed", "floating"}:
-        axis.fault("must have a length, got '0 0 0'", "xyz")
+        axis.fault("must not be zero, got '0 0 0'", "xyz")
     return length_one((x, y, z))
 
 

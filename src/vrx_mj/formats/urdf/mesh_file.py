@@ -86,7 +86,7 @@ def _parts(name: str, content: bytes, suffix: str) -> list[trimesh.Trimesh]:
             scene = trimesh.load_scene(io.BytesIO(content), file_type=suffix, **given)
             for part in filter(_has_triangles, scene.geometry.values()):
                 if part.faces.min() < 0 or part.faces.max() >= len(part.vertices):
-                    raise VrxError(f"mesh {name} is broken: a triangle refers to a point that the file does not have")
+                    raise VrxError(f"mesh {name} is broken: a triangle refers to a missing point")
             return list(filter(_has_triangles, scene.dump()))
     except (MemoryError, RecursionError, VrxError):
         raise

@@ -132,7 +132,7 @@ class Joint:
 
 @dataclass(frozen=True)
 class UrdfThruster:
-    """A thruster of a plugin, by the names of its links and joints."""
+    """A thruster of a plugin, by the names of the links and joints."""
 
     name: str
     """Stem of its topics: `left` of `thrusters/left_thrust_cmd`; else of its propeller's link."""

@@ -82,7 +82,7 @@ class MeshFiles(Files):
             where = f"outside the folders that may be read: {self._shown_bases()}"
             raise MissingMeshError(f"{literal(name)} is {where}; {ALLOW}")
         if package and not any(folder.is_dir() for folder in self.package_folders(package[2])):
-            where = f"no package named {literal(package[2])}: give the folder that contains it as package path"
+            where = f"no package named {literal(package[2])}: add the folder that contains it to the package paths"
         else:
             where = f"looked in {self._shown_bases()}"
         raise MissingMeshError(f"no file {literal(name)}; {where}")
@@ -328,7 +328,7 @@ def read_urdf(text: str, file: Path, files: MeshFiles | None = None, *, label: s
 
 
 def read_joints(text: str) -> Urdf:
-    """The tree of a URDF alone: the names of its links, and its joints.
+    """The tree of a URDF alone: the names of the links, and its joints.
 
     Raises:
         ConfigError: The text is no URDF, or its joints are wrong.

@@ -107,7 +107,7 @@ def parse_robot(text: str, name: str) -> Markup:
     element: Any
     for element in root.iter():
         if element.tag.startswith("xacro:"):
-            message = f"<{element.tag}> in a URDF: name the file .xacro, so that it is expanded first"
+            message = f"<{element.tag}> in a URDF: rename the file to .xacro, so that it is expanded first"
             raise _fault(element.place, "", message)
     return root
 
@@ -223,7 +223,7 @@ class _Parser:
         return Place(self.name, self.expat.CurrentLineNumber, self.expat.CurrentColumnNumber + 1)
 
     def refuse(self, *_: object) -> None:
-        raise _fault(self.here(), "<!DOCTYPE>", "document types and entities are not allowed; delete them")
+        raise _fault(self.here(), "<!DOCTYPE>", "document types and entities are not allowed; remove them")
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:
         self.nodes += 1 + len(attributes)

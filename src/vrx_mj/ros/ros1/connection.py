@@ -218,7 +218,7 @@ class Listener:
             await self._serve(peer)
         except (CommandError, Fault) as error:
             kind = getattr(error, "status", self.title)
-            self._notices.write("WARN", kind, host, f"{self.title}: refused a request of {host}: {error}")
+            self._notices.write("WARN", kind, host, f"{self.title}: refused a request from {host}: {error}")
         except (OSError, EOFError, TimeoutError, asyncio.CancelledError):
             pass  # it has gone, was too slow, or all is closed
         finally:
@@ -311,7 +311,7 @@ class HttpServer(Listener):
             async with self._lane_of_large.turn(is_gone):
                 return answer_bytes(value)
         except CommandError as error:
-            self._notices.write("WARN", "xmlrpc", host, f"{self.title}: refused a call of {host}: {error}")
+            self._notices.write("WARN", "xmlrpc", host, f"{self.title}: refused a call from {host}: {error}")
             return fault_bytes(str(error))
         except Fault as fault:
             return fault_bytes(fault.faultString)

@@ -417,7 +417,7 @@ class Source:
         match answer:
             case ["TCPROS", str(host), int(port), *_]:
                 return f"tcpros://{host}:{port}"
-        raise CommandError(f"it answers {str(answer)[:60]!r} instead of the address where it sends")
+        raise CommandError(f"it answers {str(answer)[:60]!r} instead of its TCPROS address")
 
 
 async def call_service(
@@ -442,9 +442,9 @@ async def call_service(
         if make is None:
             return type_name, None
         if not (is_known(f"{type_name}Request") and is_known(f"{type_name}Response")):
-            raise CommandError(f"{name} has the type {type_name}, which is not known here")
+            raise CommandError(f"{name} has the unknown type {type_name}")
         if header.get("md5sum") not in {"*", service_md5sum(type_name)}:
-            raise CommandError(f"{name}: its {type_name} differs from the one that is known here")
+            raise CommandError(f"{name}: its {type_name} differs from ours")
         peer.writer.write(with_length(encode(make(type_name), f"{type_name}Request")))
         async with asyncio.timeout(_LONGEST_CALL):
             done = await peer.reader.readexactly(1)

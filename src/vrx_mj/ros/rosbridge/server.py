@@ -121,7 +121,7 @@ class Fragments:
         pieces[number] = data
         if self._size > MOST_INCOMING:
             self.end()
-            raise CommandError(f"fragment: more than {MOST_INCOMING} characters wait for the rest of their messages")
+            raise CommandError(f"fragment: more than {MOST_INCOMING} characters of incomplete messages")
         if len(pieces) >= total:
             whole = "".join(pieces[number] for number in sorted(pieces))
             self._forget(identity)
@@ -225,7 +225,7 @@ class Client:
             self._answers.push((lambda: frames, binary), size)
         else:
             self._hub.report_once(
-                self._place.host, "slow", f"{self.sender} does not read its answers, and was disconnected"
+                self._place.host, "slow", f"{self.sender} did not read its replies, and was disconnected"
             )
             self.abort()
 
@@ -541,7 +541,7 @@ class Rosbridge:
                 text = f"pages of {ascii(origin)[1:-1][:200]} may not connect{_allowing(origin)}"
                 return self._refusal(connection, http.HTTPStatus.FORBIDDEN, f"origin {origin}", text)
         if not self._hub.connections.has_room(connection.place):
-            text = f"too many clients are connected; no more of {connection.place.host} are accepted"
+            text = f"too many clients are connected; no more from {connection.place.host} are accepted"
             return self._refusal(connection, http.HTTPStatus.SERVICE_UNAVAILABLE, "crowd", text)
         return None
 

@@ -294,14 +294,14 @@ class Services:
         """
         call = self._calls.get(key)
         if call is None or call.server is not server:
-            raise CommandError(f"service_response: no call {key[:80]!r} waits for this client's answer")
+            raise CommandError(f"service_response: no call {key[:80]!r} is waiting for this client's answer")
         kind = f"{call.type}Response"
         try:
             if kind in known_types() and (result or isinstance(values, dict)):
                 made = message_of({} if values is None else values, kind, self._graph.time, call.name)
                 values, result = plain(made, kind), True
         except VrxError as error:
-            call.answer.set_exception(CommandError(f"the response of the service's client is wrong: {error}"))
+            call.answer.set_exception(CommandError(f"the response of the service's client is invalid: {error}"))
             raise
         finally:
             del self._calls[key]

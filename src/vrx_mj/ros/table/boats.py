@@ -536,8 +536,8 @@ class Localization:
         self._axes = np.array(rotation(0.0, 0.0, 2.0 * math.atan2(turn.z, turn.w) - self._east))
         apart, self._origin = math.dist(self._origin, place), place
         if apart > 0.0:
-            what = f"{self._boat}/odom moves by {apart:.4g} m in map, to the datum that it was given"
-            self._host.warn_once(f"datum of {self._boat}", f"{what}: everything in that frame jumps")
+            what = f"{self._boat}/odom moves by {apart:.4g} m in map, to the given datum"
+            self._host.warn_once(f"datum of {self._boat}", f"{what}: everything in this frame jumps")
 
     def _place(self, point: Message) -> FloatArray:
         """Place of a geographic_msgs/GeoPoint in `map`, (3,) [m]."""

@@ -298,7 +298,7 @@ def _set_physics(host: Host, asked: Message) -> None:
     for name, own in _physics(host).items():
         if (given := getattr(asked, name)) != own:
             values = f": {own:g}, got {given:g}" if isinstance(own, float) else ""
-            raise CommandError(f"{name} stays as get_physics_properties gives it{values}")
+            raise CommandError(f"{name} cannot be changed{values}")
 
 
 def _model_properties(host: Host, asked: Message) -> Mapping[str, object]:

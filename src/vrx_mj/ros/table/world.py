@@ -284,7 +284,7 @@ def _vrx3_color_sequence(host: Host) -> Iterator[Input]:
         if len(names) != _COLOR_COUNT:
             raise CommandError(f"{len(names)} colours: {_COLOR_COUNT} are needed, as in ['red', 'green', 'blue']")
         if not _sent_colors(host, names):
-            raise CommandError("no sequence of colours is accepted now: only one, while the task runs")
+            raise CommandError("a sequence of colours is accepted only once, while the task runs")
 
     yield Input(_COLOR_SEQUENCE, "ros_gz_interfaces/StringVec", colors, dialects=VRX3)
 

@@ -270,9 +270,7 @@ def drive_served_world(url: str, *, boat: str | None = None) -> None:
     """
     with ended_by_signals(), Terminal() as terminal, contextlib.suppress(KeyboardInterrupt):
         if not terminal.reads:
-            raise CommandError(
-                "no keys can be read, since standard input is not a terminal; --web serves a page to drive from"
-            )
+            raise CommandError("cannot read keys: standard input is not a terminal; use --web to drive from a page")
         driver = RosbridgeDriver(url, boat, say=terminal.write_line)
         try:
             for name, text in (*(row for row in HELP if row[0] != _TIME_HELP[0]), _TIME_HELP):
@@ -316,7 +314,7 @@ class RosbridgeDriver(Driver):
         is_open = self._bridge.listen(_KEY_PERIOD)
         self._meet()
         if not is_open:
-            self._say(f"the connection to {self._url} is lost: trying again")
+            self._say(f"lost the connection to {self._url}: trying again")
 
     def motion(self) -> Motion | None:
         """How the boat moves that the keys drive."""

@@ -25,7 +25,7 @@ def world_of(body):
 
 def losses(world):
     """Notes of what is not as in Gazebo."""
-    return [f"{note.what} {note.fate}: {note.ours}" for note in world.notes if note.fate != "taken over"]
+    return [f"{note.what} {note.fate}: {note.ours}" for note in world.notes if note.fate != "imported"]
 
 
 def loaded_sea():
@@ -76,7 +76,7 @@ def test_a_sea_of_asv_wave_sim_has_the_height_of_its_spectrum_over_wave_numbers(
 
 def test_waves_whose_folder_is_not_there_are_told():
     world = world_of("<include><uri>model://waves</uri></include>")
-    told = "flat water: its waves are in its folder; is its folder on GAZEBO_MODEL_PATH?"
+    told = "the water is flat without its folder, which defines the waves; is it on GAZEBO_MODEL_PATH?"
     assert losses(world) == [f"<include> 'model://waves' approximated: {told}"]
 
 

@@ -47,7 +47,7 @@ WORLDS = {
     ),
     "message_too_long": (
         MESSAGE % ('params { key: "a" value {' + "x" * 100000),
-        "bay.world:3:51: <message>: a message of more than 20000 characters is too long",
+        "bay.world:3:51: <message>: message too long: at most 20000 characters",
     ),
     "hole_of_a_long_name": (
         (
@@ -56,7 +56,10 @@ WORLDS = {
         )
         + "placard1" * 100000
         + "</topic></target></targets></plugin>",
-        ("bay.world:4:60: <target> / topic: expected the topic of a hole, as vrx/dock_2022_placard1_big_hole/contain"),
+        (
+            "bay.world:4:60: <target> / topic: expected the topic of a hole, as in "
+            "vrx/dock_2022_placard1_big_hole/contain"
+        ),
     ),
     "too_many_elements": (
         "<a/>" * 900000,
@@ -100,7 +103,7 @@ LAUNCHES = {
         + "x" * 100
         + '"/>'
         + "".join(f'<arg name="a{i + 1}" value="$(arg a{i})$(arg a{i})"/>' for i in range(60)),
-        ("bay.launch:2:427: <arg> 'a8': '$(arg a7)$(arg a7)': a text of more than 20000 characters is too long"),
+        ("bay.launch:2:427: <arg> 'a8': '$(arg a7)$(arg a7)': text too long: at most 20000 characters"),
     ),
     "world_of_a_long_name": (
         ('<include file="$(find gazebo_ros)/launch/empty_world.launch"><arg name="world_name" value="')
@@ -156,18 +159,18 @@ TREES = {
         }
         | {"a18.launch": "<launch/>"},
         "a0.launch",
-        "a18.launch cannot be read: the files of this command come to more than 100,000 notes and elements",
+        "a18.launch cannot be read: the files of this command take more than 100,000 notes and elements",
     ),
     "launch_files_too_deep": (
         {f"a{i}.launch": f'<launch><include file="$(dirname)/a{i + 1}.launch"/></launch>' for i in range(30)},
         "a0.launch",
-        "a20.launch: launch files include each other deeper than 20 levels",
+        "a20.launch: launch files are included more than 20 levels deep",
     ),
     "models_too_deep": (
         {f"a{i}/model.sdf": mod(f"<include><uri>model://a{i + 1}</uri></include>", f"a{i}") for i in range(40)}
         | {"a40/model.sdf": mod(LINK), "bay.world": WORLD % "<include><uri>model://a0</uri></include>"},
         "bay.world",
-        "a7/model.sdf:3:1: <include> / model: more than 8 levels of objects in objects",
+        "a7/model.sdf:3:1: <include> / model: objects are nested more than 8 levels deep",
     ),
     "model_config_of_a_long_name": (
         {
@@ -183,10 +186,7 @@ TREES = {
     "template_of_many_beginnings": (
         {"model.sdf.erb": "layout=[" * 400000},
         "model.sdf.erb",
-        (
-            "model.sdf.erb:1: layout: expected `layout = ['X  X', ...]`: a template is Ruby, of which only th"
-            "is list is read"
-        ),
+        ("model.sdf.erb:1: layout: expected `layout = ['X  X', ...]`: only this list of a Ruby template is read"),
     ),
     "template_of_a_long_row": (
         {"model.sdf.erb": ERB % f"['{'X' * 30000}', true]"},
@@ -197,7 +197,7 @@ TREES = {
         {"model.sdf.erb": ERB % ("[" + "'X',\n" * 300 + "true]")},
         "model.sdf.erb",
         (
-            "model.sdf.erb:3: layout: expected rows in quotes, and true or false at last, got ''X',\\n'X',\\n'X"
+            "model.sdf.erb:3: layout: expected quoted rows, then true or false, got ''X',\\n'X',\\n'X"
             "',\\n'X',\\n'X',\\n'X',\\n'X',\\n'X',…\\n'X',\\n'X',\\n'X',\\ntrue'"
         ),
     ),
@@ -236,7 +236,7 @@ ARGUMENTS = {
         {"bay/bay.world": WORLD % ""},
         "bay",
         {"x": "1"},
-        "arguments NAME:=VALUE are for one launch file or xacro, not for the folder bay",
+        "NAME:=VALUE needs one launch file or xacro, not the folder bay",
     ),
     "argument_of_a_stock_launch": (
         {},
@@ -275,9 +275,9 @@ ARGUMENTS = {
 IGNORED = {
     "plugin_unknown": (
         '<plugin filename="libmagic.so" name="m"/>',
-        "bay.world:3: <plugin> 'm' ignored: no such plugin here",
+        "bay.world:3: <plugin> 'm' ignored: this plugin is not supported",
     ),
-    "plugin_without_a_file": ("<plugin/>", "bay.world:3: <plugin> ignored: no such plugin here"),
+    "plugin_without_a_file": ("<plugin/>", "bay.world:3: <plugin> ignored: this plugin is not supported"),
     "model_missing": (
         "<include><uri>model://galleon</uri></include>",
         (
@@ -299,15 +299,15 @@ IGNORED = {
             " named 'galleon'; is its folder on GAZEBO_MODEL_PATH?"
         ),
     ),
-    "element_unknown": ("<weather/>", "bay.world:3: <weather> ignored: unknown here"),
-    "element_known": ('<road name="r"/>', "bay.world:3: <road> 'r' ignored: roads"),
+    "element_unknown": ("<weather/>", "bay.world:3: <weather> ignored: not recognized"),
+    "element_known": ('<road name="r"/>', "bay.world:3: <road> 'r' ignored: roads are not drawn"),
     "message_of_another_topic": (
         '<plugin filename="libPublisherPlugin.so"><message topic="/a"/></plugin>',
-        "bay.world:3: <plugin> ignored: it publishes what nothing here listens to",
+        "bay.world:3: <plugin> ignored: nothing here subscribes to what it publishes",
     ),
     "light_of_a_lamp": (
         '<light type="point" name="lamp"/>',
-        "bay.world:3: <light> 'lamp' ignored: every world has one sun, where ours is",
+        "bay.world:3: <light> 'lamp' ignored: lights are not read: every world has one sun",
     ),
     "second_task": (
         (
@@ -317,7 +317,7 @@ IGNORED = {
         + SCORING
         + "\n"
         + SCORING,
-        "bay.world:5: <plugin> 'a' ignored: a world has one task: that of the first scoring plugin",
+        "bay.world:5: <plugin> 'a' ignored: only the task of the first scoring plugin is read",
     ),
     "mesh_outside": (
         (
@@ -326,7 +326,7 @@ IGNORED = {
         ),
         (
             "bay.world:3: <mesh> ignored: 'file:///etc/passwd.stl' is outside the folders that may be read: "
-            "the current folder; add its folder by --allow FOLDER or VRX_MJ_PATH"
+            "the current folder; add its folder with --allow FOLDER or VRX_MJ_PATH"
         ),
     ),
     "mesh_upwards": (
@@ -336,7 +336,7 @@ IGNORED = {
         ),
         (
             "bay.world:3: <mesh> ignored: '../../a.stl' is outside the folders that may be read: "
-            "the current folder; add its folder by --allow FOLDER or VRX_MJ_PATH"
+            "the current folder; add its folder with --allow FOLDER or VRX_MJ_PATH"
         ),
     ),
     "mesh_missing": (
@@ -360,18 +360,18 @@ IGNORED = {
             '<model name="wall"><static>true</static><link name="l"><visual name="v"><geometry><m'
             "esh/></geometry></visual></link></model>"
         ),
-        "bay.world:3: <visual> 'v' ignored: its mesh has no <uri>",
+        "bay.world:3: <visual> 'v' ignored: the mesh has no <uri>",
     ),
     "shape_unknown": (
         (
             '<model name="wall"><static>true</static><link name="l"><visual name="v"><geometry><h'
             "eightmap/></geometry></visual></link></model>"
         ),
-        "bay.world:3: <heightmap> ignored: no such shape here",
+        "bay.world:3: <heightmap> ignored: this shape is not supported",
     ),
     "second_world": (
         '</world><world name="other">',
-        "bay.world:3: <world> 'other' ignored: a file has one world: the first",
+        "bay.world:3: <world> 'other' ignored: only the first world of a file is read",
     ),
 }
 
@@ -489,7 +489,7 @@ def place(note):
 def test_what_is_ignored_is_noted(case, home):
     body, said = IGNORED[case]
     Path("bay.world").write_text(world(body), encoding="utf-8")
-    notes = dict.fromkeys(note for note in import_files(Path("bay.world")).notes if note.fate != "taken over")
+    notes = dict.fromkeys(note for note in import_files(Path("bay.world")).notes if note.fate != "imported")
     lines = [f"{note.place.file.name}:{note.place.line}: {note.what} {note.fate}: {note.ours}" for note in notes]
     assert lines == [said]
 

@@ -21,7 +21,7 @@ CALLS = 1_000_000  # 6,000 files of other kinds take 300,000
 """Calls of Python's that reading a folder may take."""
 WORLD = '<sdf version="1.6"><world name="bay">{}</world></sdf>'
 LAUNCH = '<launch><arg name="a" default="1"/></launch>'
-NO_WORLD = "'team': no launch file and no world of Gazebo in this folder"
+NO_WORLD = "'team': no launch file and no Gazebo world in this folder"
 NO_IMPORT = "no file to import in team: none ends in .world, .world.xacro, .launch, .sdf, .sdf.erb, .urdf, .urdf.xacro"
 
 
@@ -77,7 +77,7 @@ def test_links_are_not_followed_astray(team, kind):
     Path("outside.world").write_text(WORLD.format(""), encoding="utf-8")
     for name, target in LINKS[kind].items():
         (team / name).symlink_to(target)
-    links = "'team': no world; links are not followed: name the folder that 'team/a' leads to"
+    links = "'team': no world; symbolic links are not followed: name the folder that 'team/a' points to"
     assert opened() == (links if kind == "folders above" else NO_WORLD)
     assert imported() == NO_IMPORT
     bay(team)
@@ -147,7 +147,7 @@ def test_many_launch_files(team):
 @pytest.mark.parametrize(
     ("count", "said"),
     [
-        (2000, "inner.launch cannot be read: the files of this command come to more than 100,000 notes and elements"),
+        (2000, "inner.launch cannot be read: the files of this command take more than 100,000 notes and elements"),
         (30_000, "more than 50000 elements and attributes in a file"),
     ],
 )

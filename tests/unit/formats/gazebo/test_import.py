@@ -178,7 +178,7 @@ def test_a_mesh_that_is_a_link_out_of_the_folder_is_not_copied(tmp_path):
     (note,) = [note for note in dict.fromkeys(made.notes) if note.fate == "ignored"]
     assert (
         note.ours
-        == "'a.stl' is outside the folders that may be read: ws/hull; add its folder by --allow FOLDER or VRX_MJ_PATH"
+        == "'a.stl' is outside the folders that may be read: ws/hull; add its folder with --allow FOLDER or VRX_MJ_PATH"
     )
 
 
@@ -259,7 +259,7 @@ def test_the_table_shows_tags_as_they_are():
     written(bay_dot_world=sdf('<road name="a|b&lt;script&gt;"/>'))
     table = (imported("bay.world") / "import.md").read_text(encoding="utf-8")
     assert table.startswith(TITLE)
-    assert "| bay.world:1 | &lt;road&gt; 'a\\|b&lt;script&gt;' | ignored | roads |" in table
+    assert "| bay.world:1 | &lt;road&gt; 'a\\|b&lt;script&gt;' | ignored | roads are not drawn |" in table
 
 
 def test_the_name_of_a_file_cannot_add_keys():
@@ -470,11 +470,11 @@ def test_a_file_of_macros_alone_is_no_boat():
     write_tugs()
     with pytest.raises(ConfigError) as raised:
         import_files(Path("tugs/urdf/parts.xacro"))
-    message = "has no links, only macros: 'hull'; name the file that calls them"
+    message = "only defines macros: 'hull'; name the file that uses them"
     assert str(raised.value) == f"tugs/urdf/parts.xacro: robot: {message}"
     Path("tugs/urdf/parts.xacro").rename("tugs/urdf/parts.urdf.xacro")
     Path("tugs/urdf/tug.urdf.xacro").unlink()
     Path("tugs/launch/two.launch").unlink()
     with pytest.raises(VrxError) as raised:
         import_files(Path("tugs"))
-    assert str(raised.value) == "no file to import in tugs: its boats are only macros for other files"
+    assert str(raised.value) == "no file to import in tugs: its xacro files only define macros"

@@ -168,7 +168,7 @@ def test_options_are_those_of_the_programs(kind, more):
 def test_a_variable_of_the_environment_is_one_of_the_shell():
     (note,) = launched('<env name="VRX_DEBUG" value="false"/>').report.notes
     assert (note.what, note.fate) == ("<env> 'VRX_DEBUG'", "ignored")
-    assert note.ours == "an environment variable; set it in the shell"
+    assert note.ours == "set this environment variable in the shell"
 
 
 def test_an_unknown_option_is_an_error():
@@ -287,7 +287,7 @@ def test_what_is_no_simulation_is_ignored():
         ("<rosparam>", "ignored"),
         ("<param> 'a'", "ignored"),
         ("<include> joy.launch", "ignored"),
-        ("<node> 'a'", "taken over"),
+        ("<node> 'a'", "imported"),
     ]
 
 
@@ -312,7 +312,7 @@ def with_parameters(text, *more):
 def test_a_fleet_among_the_parameters_is_the_fleet():
     launch = with_parameters(GUIDE)
     assert [(note.fate, note.ours) for note in launch.report.notes][1:] == [
-        ("taken over", "the fleet: `usv_config.yaml`"), ("taken over", "the boats of `usv_config.yaml`"),
+        ("imported", "the fleet: `usv_config.yaml`"), ("imported", "the boats of `usv_config.yaml`"),
     ]  # fmt: skip
     with pytest.warns(VrxWarning) as caught:
         world = compile_world("bay.launch")
@@ -338,7 +338,7 @@ def test_boats_that_are_spawned_too_join_it():
 def test_other_parameters_are_those_of_nodes(text):
     launch = with_parameters(text)
     assert (launch.fleet, fleet_of(launch)) == (None, None)
-    assert [note.fate for note in launch.report.notes] == ["taken over", "ignored", "ignored"]
+    assert [note.fate for note in launch.report.notes] == ["imported", "ignored", "ignored"]
 
 
 def test_a_spawned_model_of_sdf_whose_file_is_missing_is_no_boat():
@@ -357,7 +357,7 @@ def test_arguments_of_the_xacro_of_a_world_are_given_to_the_world():
     assert low.parameters.sea.waves[0].amplitude == pytest.approx(high.parameters.sea.waves[0].amplitude / 3.0)
     with pytest.raises(ConfigError) as raised:
         compile_world("ocean", arguments={"gain": "0.3"})
-    message = "takes no arguments NAME:=VALUE: they are for launch files and for xacro of worlds and boats"
+    message = "takes no NAME:=VALUE: only launch files and the xacro of worlds and boats have arguments"
     assert str(raised.value) == f"ocean: {message}"
 
 
@@ -384,7 +384,7 @@ def test_arguments_of_a_boats_own_xacro_reach_it():
     both = spawning("a", "namespace:=a length:=4 mast:=2") + spawning("b", "namespace:=b")
     launch = launched(both)
     lost = [(note.what, note.ours) for note in launch.report.notes if note.fate == "ignored"]
-    assert lost == [("<node> 'a'", "boat.xacro declares no mast:=")]
+    assert lost == [("<node> 'a'", "boat.xacro has no argument mast:=")]
     world = compile_world("ocean", fleet=fleet_of(launch))
     assert [boat.arguments for boat in world.parameters.boats] == [
         {"namespace": "a", "length": "4"},
@@ -435,7 +435,7 @@ def test_arguments_of_a_command_are_the_xacros_of_its_fleet():
     ("file", "text", "reason"),
     [
         ("a.urdf", "<robot name='a'><link name='a'/></robot>", "its URDF has nothing to expand"),
-        ("a.sdf", "<sdf version='1.6'><model name='a'><link name='a'/></model></sdf>", "it is a model of Gazebo"),
+        ("a.sdf", "<sdf version='1.6'><model name='a'><link name='a'/></model></sdf>", "it is a Gazebo model"),
     ],
 )
 def test_what_is_no_xacro_takes_no_arguments(file, text, reason):

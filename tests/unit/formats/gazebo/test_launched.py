@@ -74,7 +74,7 @@ def things(world):
 def test_an_object_joins_the_world_with_its_name_and_pose():
     write(node("-sdf -file $(dirname)/crate/model.sdf -model box_1 -x 4 -y -2 -z 0.5 -R 0.1 -P 0.2 -Y 1"))
     assert things(world_of()) == [("box_1", "./crate/model.sdf", (4.0, -2.0, 0.5, 0.1, 0.2, 1.0))]
-    assert notes() == [("<node> 'box_1'", "taken over", "`objects` of the world")]
+    assert notes() == [("<node> 'box_1'", "imported", "`objects` of the world")]
 
 
 def test_a_pose_of_the_model_itself_is_in_the_frame_of_the_spawned_one():
@@ -141,7 +141,7 @@ def test_two_nodes_of_one_name_are_refused_as_roslaunch_refuses_them():
     write(node("-database mb_marker_buoy_red -model a", "s"), node("-database mb_marker_buoy_red -model b", "s"))
     with pytest.raises(ConfigError) as error:
         launch_of("bay.launch", {})
-    said = "a node named '/s' is on line 4 already, so roslaunch starts nothing: give each another name"
+    said = "duplicate node name '/s', first on line 4: roslaunch refuses to start; rename one of them"
     assert str(error.value) == f"bay.launch:5:1: <node> 's' / name: {said}"
 
 
@@ -158,7 +158,9 @@ def test_a_node_of_that_name_in_another_file_is_named_with_it():
     write(
         '<include file="$(dirname)/other.launch"/>', '<group ns="red">', node("-database x -model a", "s"), "</group>"
     )
-    with pytest.raises(ConfigError, match=r"^bay\.launch:6:1: .* a node named '/red/s' is on other\.launch:2 already"):
+    with pytest.raises(
+        ConfigError, match=r"^bay\.launch:6:1: .* duplicate node name '/red/s', first on other\.launch:2"
+    ):
         launch_of("bay.launch", {})
 
 
@@ -174,7 +176,7 @@ def test_arguments_of_the_xacro_of_an_object_are_noted():
     Path("crate/model.sdf").rename("crate/model.sdf.xacro")
     head = '<param name="text" command="xacro $(dirname)/crate/model.sdf.xacro size:=3"/>'
     write(node("-sdf -param text -model a"), head=head)
-    assert notes()[0] == ("<node> 'a'", "ignored", "arguments of the xacro of an SDF: size")
+    assert notes()[0] == ("<node> 'a'", "ignored", "an SDF takes no xacro arguments: size")
     assert [one[0] for one in things(world_of())] == ["a"]
 
 
@@ -182,7 +184,7 @@ def test_two_models_of_one_name_are_refused():
     write(node("-sdf -file crate/model.sdf -model a"), node("-database mb_marker_buoy_red -model a", "s"))
     with pytest.raises(ConfigError) as error:
         launch_of("bay.launch", {})
-    said = "a model named 'a' is spawned on line 4 already: each needs -model NAME of its own"
+    said = "duplicate model name 'a', first spawned on line 4: give each its own -model NAME"
     assert str(error.value) == f"bay.launch:5:1: <node> 's' / args: {said}"
 
 
@@ -193,23 +195,23 @@ def test_a_name_that_the_world_has_already_is_refused(read):
     write(node("-sdf -file crate/model.sdf -model a"), world="bay.world")
     with pytest.raises(ConfigError) as error:
         read()
-    said = "a model named 'a' is in the world already (bay.world:2): each needs -model NAME of its own"
+    said = "the world already has a model named 'a' (bay.world:2): give each its own -model NAME"
     assert str(error.value) == f"bay.launch:4:1: <node> 'a' / args: {said}"
 
 
 def test_without_a_world_an_object_has_none_to_join():
     write(node("-sdf -file crate/model.sdf -model a"), world="")
     (note,) = launch_of("bay.launch", {}).report.notes
-    assert (note.fate, note.ours) == ("ignored", "no world to join: this launch file opens none")
+    assert (note.fate, note.ours) == ("ignored", "this launch file opens no world to add it to")
 
 
 def test_a_fleet_says_that_it_has_the_boats_alone():
     crate("tug", plugin=THRUSTER)
     write(node("-sdf -file crate/model.sdf -model a"), node("-sdf -file tug/model.sdf -model b"))
-    text = "bay.launch: a fleet has its boats alone; it spawns other models too: a; vrx-mj run bay.launch has them, "
+    text = "bay.launch: a fleet takes only its boats; it also spawns a; vrx-mj run bay.launch includes them "
     with pytest.warns(VrxWarning) as said:
         load_fleet("bay.launch", load_world("sydney_regatta"))
-    assert str(said[0].message) == f"{text}where it opens a world"
+    assert str(said[0].message) == f"{text}if it opens a world"
 
 
 @pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
@@ -240,4 +242,4 @@ def test_no_model_outside_the_folder_is_read(path, tmp_path):
     launch = launch_of("bay.launch", {})
     assert not launch.objects
     assert launch.report.notes[-1].fate == "ignored"
-    assert launch.report.notes[-1].ours.startswith(f"may not read '{path}': it is neither in the folder")
+    assert launch.report.notes[-1].ours.startswith(f"may not read '{path}': outside the folder")

@@ -82,17 +82,17 @@ def test_a_hinge_keeps_its_links_apart():
         },
     }
     assert set(hinge["axis"]) == set(keys_of(AxisConfig))
-    assert notes == ["<joint> 'hinge' taken over: `joints`"]
+    assert notes == ["<joint> 'hinge' imported: `joints`"]
 
 
 @pytest.mark.parametrize(
     ("kind", "content", "expected", "note"),
     [
-        ("continuous", "<axis><xyz>1 0 0</xyz></axis>", "continuous", "taken over: `joints`"),
-        ("prismatic", "<axis><xyz>1 0 0</xyz></axis>", "prismatic", "taken over: `joints`"),
-        ("universal", "<axis/><axis2><xyz>0 1 0</xyz></axis2>", "universal", "taken over: `joints`"),
-        ("ball", "", "ball", "taken over: `joints`"),
-        ("screw", "<axis/>", "revolute", "approximated: `joints`: a revolute joint, without its thread"),
+        ("continuous", "<axis><xyz>1 0 0</xyz></axis>", "continuous", "imported: `joints`"),
+        ("prismatic", "<axis><xyz>1 0 0</xyz></axis>", "prismatic", "imported: `joints`"),
+        ("universal", "<axis/><axis2><xyz>0 1 0</xyz></axis2>", "universal", "imported: `joints`"),
+        ("ball", "", "ball", "imported: `joints`"),
+        ("screw", "<axis/>", "revolute", "approximated: `joints`: a revolute joint that does not advance"),
         ("revolute2", "<axis/><axis2/>", "universal", "approximated: `joints`: a universal joint"),
     ],
 )
@@ -124,11 +124,11 @@ def test_limits_that_are_none(limit, expected):
 @pytest.mark.parametrize(
     ("kind", "axis", "note"),
     [
-        ("fixed", "", "its links are one rigid body"),
+        ("fixed", "", "its links are merged into one rigid body"),
         (
             "revolute",
             "<axis><limit><lower>0</lower><upper>0</upper></limit></axis>",
-            "its limits are equal: its links are one rigid body",
+            "its limits are equal, so it is fixed: its links are merged into one rigid body",
         ),
     ],
 )
@@ -136,7 +136,7 @@ def test_links_that_cannot_move_are_one_body(kind, axis, note):
     found, notes = read(link("base") + link("arm", "0 0 4 0 0 0") + joint("j", kind, "base", "arm", axis))
     assert "links" not in found
     assert (found["mass"], plain(found["center_of_mass"])) == (20.0, [0, 0, 2])
-    assert notes == [f"<joint> 'j' taken over: {note}"]
+    assert notes == [f"<joint> 'j' imported: {note}"]
 
 
 def test_what_is_fixed_to_a_moving_link_moves_with_it():
@@ -159,7 +159,7 @@ def test_a_joint_to_the_world_holds_the_model():
     )
     assert (found["static"], found["link"], [one["name"] for one in found["links"]]) == (True, "post", ["arm"])
     assert "mass" not in found
-    assert notes == ["<joint> 'a' taken over: `static`", "<joint> 'b' taken over: `joints`"]
+    assert notes == ["<joint> 'a' imported: `static`", "<joint> 'b' imported: `joints`"]
     found, _ = read(link("door") + joint("hinge", "revolute", "world", "door"))
     assert (found["static"], found["link"], plain(found["joints"])[0]["parent"]) == (True, "world", "world")
 
@@ -187,7 +187,7 @@ def test_a_loop_of_joints_is_opened_once():
     found, notes = read(body)
     assert len(found["joints"]) == len(found["links"]) == 2
     assert [note for note in notes if "approximated" in note] == [
-        "<joint> 'bc' approximated: it would close a loop of joints, which is open here; its links move without it"
+        "<joint> 'bc' approximated: it closes a loop of joints; it is left out, and the loop stays open"
     ]
 
 
@@ -195,7 +195,7 @@ def test_a_link_without_a_joint_is_part_of_the_first():
     found, notes = read(link("a") + link("b") + link("c", "4 0 0 0 0 0") + joint("ab", "revolute", "a", "b"))
     assert (found["mass"], plain(found["center_of_mass"]), len(found["links"])) == (20.0, [2, 0, 0], 1)
     assert notes == [
-        "<joint> 'ab' taken over: `joints`",
+        "<joint> 'ab' imported: `joints`",
         "<link> 'c' approximated: no joint holds c: part of the first link's rigid body",
     ]
 
@@ -245,7 +245,7 @@ def test_endless_damping_is_the_largest_that_there_is():
 def test_a_static_model_does_not_move():
     found, notes = read("<static>true</static>" + link("a") + link("b") + joint("j", "revolute", "a", "b"))
     assert (found["static"], "links" in found, len(found["collisions"])) == (True, False, 2)
-    assert notes == ["<joint> 'j' taken over: the model is static"]
+    assert notes == ["<joint> 'j' imported: the model is static"]
 
 
 def test_what_would_sink_stands_and_moves_its_joints():
@@ -283,7 +283,7 @@ def test_each_link_displaces_what_the_plugin_says_of_it():
         ),
         (
             joint("j", "revolute", "a", "b", "<axis><xyz>0 0 0</xyz></axis>"),
-            "m.sdf:2: joint 'j' / axis / xyz: must have a length, got '0 0 0'",
+            "m.sdf:2: joint 'j' / axis / xyz: must not be zero, got '0 0 0'",
         ),
         (
             joint("j", "revolute", "a", "b", "<axis><xyz>0 nan 0</xyz></axis>"),

@@ -105,7 +105,7 @@ def test_a_turned_link_turns_its_inertia_and_its_shapes():
 def test_products_of_inertia_are_kept():
     found, notes = read(link(5.0, (1.0, 1.0, 1.0, 0.2, 0.0, 0.0), name="l0") + FLOAT)
     assert list(found["inertia"]) == [1.0, 1.0, 1.0, 0.2, 0.0, 0.0]
-    assert [note.fate for note in notes] == ["taken over"]
+    assert [note.fate for note in notes] == ["imported"]
 
 
 def test_a_negative_moment_of_rounding_is_the_least_there_is():
@@ -128,10 +128,10 @@ def test_a_link_without_inertial_has_one_kilogram():
 def test_what_has_no_buoyancy_plugin_floats_on_its_shapes_or_stands():
     light, notes = read(link(100.0, (1.0, 1.0, 1.0, 0.0, 0.0, 0.0), content=SPHERE))
     assert [one["type"] for one in light["buoyancy"]["elements"]] == ["sphere"]
-    assert notes[-1].ours == "without buoyancy plugin; its collision shapes displace water"
+    assert notes[-1].ours == "it has no buoyancy plugin: its collision shapes displace water"
     heavy, notes = read(link(5000.0, (1.0, 1.0, 1.0, 0.0, 0.0, 0.0), content=SPHERE))
     assert heavy["static"] is True
-    assert notes[-1].ours == "without buoyancy plugin it sinks (5000 kg, 4.19 m3): `static: true`"
+    assert notes[-1].ours == "it has no buoyancy plugin it would sink (5000 kg, 4.19 m3), so it is `static: true`"
 
 
 def test_models_in_models_are_part_of_the_body():
@@ -381,7 +381,7 @@ def test_poses_relative_to_frames_are_where_the_frames_are(tmp_path):
     ("lamp", "message"),
     [
         ("tpo", "no frame named 'tpo'; known: hull, lamp, mast, top, inner, inner::l"),
-        ("inner", "the poses are relative to each other: 'lamp' > 'inner' > 'lamp'"),
+        ("inner", "poses are relative to each other in a loop: 'lamp' > 'inner' > 'lamp'"),
     ],
 )
 def test_poses_relative_to_nothing_or_to_themselves_are_refused(tmp_path, lamp, message):

@@ -59,7 +59,7 @@ def test_a_launch_file_of_nodes_alone_is_started_beside_a_world():
     written(keys_dot_launch='<launch><node pkg="a" type="b" name="c"/></launch>')
     advice = "start it beside one: vrx-mj serve WORLD --ros1, then roslaunch keys.launch"
     assert message(open_source, "keys.launch", None, {}) == (
-        f"keys.launch: opens no world of Gazebo and spawns no boat; {advice}"
+        f"keys.launch: opens no Gazebo world and spawns no boat; {advice}"
     )
 
 
@@ -136,20 +136,20 @@ def test_a_world_with_the_name_of_a_folder_is_the_world():
 
 
 @pytest.mark.parametrize(("files", "said"), [
-    ({}, "'ws': no launch file and no world of Gazebo in this folder"),
-    ({"ws__notes_dot_txt": "x"}, "'ws': no launch file and no world of Gazebo in this folder"),
+    ({}, "'ws': no launch file and no Gazebo world in this folder"),
+    ({"ws__notes_dot_txt": "x"}, "'ws': no launch file and no Gazebo world in this folder"),
     ({"ws__buoy__model_dot_config": "<model/>"},
-     "'ws': no world, but models: buoy; a world names one in `objects` as model: model://NAME"),
+     "'ws': no world, but models: buoy; name one in a world's `objects` as model: model://NAME"),
     ({"ws__boat_dot_urdf": "<robot/>"},
      "'ws': no world, but boats: boat.urdf; sail one: vrx-mj run example_course --fleet FILE"),
     ({"ws__a_dot_launch": "<launch/>"},
-     "'ws': its launch files open no world: a.launch; give one to --fleet, with a world"),
+     "'ws': its launch files open no world: a.launch; pass one to --fleet, with a world"),
     ({"ws__a_dot_launch_dot_py": ""},
-     "'ws': no world; launch files of ROS 2 are programs, which are not run: a.launch.py"),
+     "'ws': no world; ROS 2 launch files are programs, which are not run: a.launch.py"),
     ({"ws__bay_dot_yaml": "extends: ocean"},
-     "'ws': no launch file and no world of Gazebo; name one of its YAML files: bay.yaml"),
+     "'ws': no launch file and no Gazebo world; name one of its YAML files: bay.yaml"),
     ({"ws__build__bay_dot_world": BAY, "ws__dot__x": ""},
-     "'ws': no launch file and no world of Gazebo in this folder"),
+     "'ws': no launch file and no Gazebo world in this folder"),
 ])  # fmt: skip
 def test_a_folder_without_a_world_says_what_it_has(files, said):
     Path("ws").mkdir()
@@ -164,7 +164,7 @@ def test_links_in_circles_and_out_of_the_folder_are_not_followed(tmp_path):
     Path("ws/src/back").symlink_to("../..")
     Path("ws/src/team_gazebo").symlink_to(outside / "src" / "team_gazebo")
     Path("ws/bay.world").symlink_to(outside / "src" / "team_gazebo" / "worlds" / "practice.world.xacro")
-    said = "'ws': no world; links are not followed: name the folder that 'ws/src/back' leads to"
+    said = "'ws': no world; symbolic links are not followed: name the folder that 'ws/src/back' points to"
     assert message(file_of_folder, Path("ws")) == said
 
 
@@ -175,7 +175,7 @@ def test_a_folder_of_a_hundred_thousand_files_takes_a_moment():
         for name in range(1000):
             os.close(os.open(f"ws/{number}/{name}.txt", os.O_CREAT))
     with calls_at_most(30_000_000):
-        assert message(file_of_folder, Path("ws")) == "'ws': no launch file and no world of Gazebo in this folder"
+        assert message(file_of_folder, Path("ws")) == "'ws': no launch file and no Gazebo world in this folder"
 
 
 def test_too_many_launch_files_are_not_read():
@@ -232,8 +232,8 @@ def test_what_is_beside_the_workspace_is_not_read():
     body = '<launch><param name="d" textfile="$(find team_gazebo)/../../../two/boat.urdf"/></launch>'
     file.write_text(body, encoding="utf-8")
     assert message(launch_of, str(file), {}) == (
-        f"{file.as_posix()}:1:9: <param> 'd': may not read 'ws/src/team_gazebo/../../../two/boat.urdf': it is neither "
-        "in the folder of the first file nor in a package; add its folder by --allow FOLDER or VRX_MJ_PATH"
+        f"{file.as_posix()}:1:9: <param> 'd': may not read 'ws/src/team_gazebo/../../../two/boat.urdf': outside "
+        f"the folder of the first file and of every package; add its folder with --allow FOLDER or VRX_MJ_PATH"
     )
 
 
@@ -300,7 +300,7 @@ def test_a_world_of_gazebo_without_boats_gets_none(arguments):
     with pytest.warns(VrxWarning) as caught:
         found = compile_world("bay.world.xacro", arguments=arguments)
     assert [str(one.message) for one in caught] == [
-        "bay.world.xacro: no boat is in this world, and none is added; --fleet FLEET adds some, as --fleet trio"
+        "bay.world.xacro: this world has no boats; add some with --fleet FLEET, as in --fleet trio"
     ]
     assert (found.boats, [thing.name for thing in found.parameters.objects]) == ((), ["block"])
     pair = {"usv_count": 2, "layout": "line"}
@@ -310,6 +310,6 @@ def test_a_world_of_gazebo_without_boats_gets_none(arguments):
 def test_a_world_of_gazebo_with_a_terrain_of_vrx_keeps_the_boat_at_its_spawn_pose():
     terrain = "<include><uri>model://sandisland</uri></include>"
     written(bay_dot_world=f'<sdf version="1.6"><world name="bay">{terrain}</world></sdf>')
-    with pytest.warns(VrxWarning, match="`extends: sand_island`, which has post_0, too"):
+    with pytest.warns(VrxWarning, match="`extends: sand_island`, which also has post_0"):
         world, fleet = open_source("bay.world", None, {})
     assert (world["name"], world["terrain"], fleet) == ("bay", "sand_island", None)

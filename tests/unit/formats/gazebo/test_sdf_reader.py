@@ -157,7 +157,7 @@ def test_what_is_lost_of_a_model_is_told_however_it_comes_into_a_world():
         *(f"<include><uri>model://{n}</uri></include>" for n in ("lossy", "course")),
     )
     for body in bodies:
-        assert "no such shape here" in {note.ours for note in world(body).notes}, body
+        assert "this shape is not supported" in {note.ours for note in world(body).notes}, body
 
 
 def test_a_model_of_nothing_but_a_plugin_is_told():
@@ -228,6 +228,6 @@ def test_frames_placement_and_merging_are_as_in_libsdformat():
 def test_a_model_without_links_is_told_and_left_out():
     found = world('<model name="buoy"/>')
     assert [(note.what, note.fate, note.ours) for note in found.notes] == [
-        ("<model> 'buoy'", "ignored", "a model without links has no body")
+        ("<model> 'buoy'", "ignored", "the model has no links")
     ]
     assert "objects" not in found.section

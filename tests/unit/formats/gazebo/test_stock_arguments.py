@@ -54,24 +54,24 @@ def test_arguments_as_they_are_by_default_lose_nothing(launch):
     ("launch", "given", "ours"),
     [
         ("vrx.launch", {"paused": "true"}, "`vrx-mj serve --paused` starts paused"),
-        ("vrx.launch", {"joy": "true"}, "`vrx-mj teleop --web` beside `vrx-mj serve` has a joystick"),
+        ("vrx.launch", {"joy": "true"}, "use `vrx-mj teleop --web` with `vrx-mj serve` for a joystick"),
         ("vrx.launch", {"non_competition_mode": "false"}, "VRX_DEBUG=false hides the topics of wind and contacts"),
-        ("vrx.launch", {"extra_gazebo_args": "-s x.so"}, "no Gazebo runs; type options of `vrx-mj` instead"),
-        ("vrx.launch", {"extra_gz_args": "-v 4"}, "no Gazebo runs; type options of `vrx-mj` instead"),
-        ("ocean_world.launch", {"recording": "true"}, "`--record run.rrd` records"),
-        ("ocean_world.launch", {"debug": "True"}, "no Gazebo runs that a debugger could take"),
-        ("ocean_world.launch", {"use_sim_time": "false"}, "time is always that of the simulation"),
+        ("vrx.launch", {"extra_gazebo_args": "-s x.so"}, "Gazebo does not run; use the options of `vrx-mj` instead"),
+        ("vrx.launch", {"extra_gz_args": "-v 4"}, "Gazebo does not run; use the options of `vrx-mj` instead"),
+        ("ocean_world.launch", {"recording": "true"}, "use `--record run.rrd`"),
+        ("ocean_world.launch", {"debug": "True"}, "Gazebo does not run"),
+        ("ocean_world.launch", {"use_sim_time": "false"}, "time is always simulated time"),
         (
             "sandisland.launch", {"enable_ros_network": "false"},
-            "`vrx-mj serve` opens the wires that its options name",
+            "choose the transports with the options of `vrx-mj serve`",
         ),
         (
             "gymkhana.launch", {"pinger_params": "a.yaml"},
-            "VRX's launch files do not read it; `task: {pinger: [x, y, z]}` of the world does",
+            "VRX's launch files do not read it; set `task: {pinger: [x, y, z]}` in the world",
         ),
-        ("marina.launch", {"robot_locked": "true"}, "a boat is held by a task, until it is ready"),
-        ("vrx.launch", {"wamv_locked": "1"}, "a boat is held by a task, until it is ready"),
-        ("vrx.launch", {"wamv_locked": "yes"}, "true or false is expected"),
+        ("marina.launch", {"robot_locked": "true"}, "the task holds the boat until it is ready"),
+        ("vrx.launch", {"wamv_locked": "1"}, "the task holds the boat until it is ready"),
+        ("vrx.launch", {"wamv_locked": "yes"}, "expected true or false"),
     ],
 )  # fmt: skip
 def test_an_argument_without_effect_is_said(launch, given, ours):
@@ -84,9 +84,9 @@ def test_it_is_said_once_by_the_name_of_the_launch_file():
         open_source("marina.launch", None, {"robot_locked": "true", "recording": "true", "gui": "false"})
     (said,) = (str(one.message) for one in caught)
     assert said.splitlines() == [
-        "marina.launch: 2 of 2 parts are not as in Gazebo (`vrx-mj import` lists all)",
-        "  marina.launch: robot_locked:=true ignored: a boat is held by a task, until it is ready",
-        "  marina.launch: recording:=true ignored: `--record run.rrd` records",
+        "marina.launch: 2 of 2 parts differ from Gazebo (`vrx-mj import` lists all)",
+        "  marina.launch: robot_locked:=true ignored: the task holds the boat until it is ready",
+        "  marina.launch: recording:=true ignored: use `--record run.rrd`",
     ]
 
 
@@ -134,24 +134,24 @@ def test_a_switch_that_is_no_boolean_is_refused():
         ),
         (
             "vrx_gazebo", "usv_keydrive.launch", {"namespace": "cat"},
-            "keys are for a second terminal, beside `vrx-mj serve`; type: vrx-mj teleop --boat cat",
+            "drive from a second terminal, while `vrx-mj serve` runs; type: vrx-mj teleop --boat cat",
         ),
         (
             "vrx_gazebo", "usv_joydrive.launch", {},
-            "a joystick is on a page, beside `vrx-mj serve`; type: vrx-mj teleop --web",
+            "drive with a joystick from a web page, while `vrx-mj serve` runs; type: vrx-mj teleop --web",
         ),
         (
             "vrx_gazebo", "playback.launch", {"log_file": "state.log"},
-            "logs of Gazebo are not read; `--record run.rrd` records; type: vrx-mj replay run.rrd",
+            "Gazebo logs are not read; record with `--record run.rrd`; type: vrx-mj replay run.rrd",
         ),
         (
             "vrx_gazebo", "pinger.launch", {},
-            "publish places of the beacon yourself, to /wamv/sensors/pingers/pinger/set_pinger_position",
+            "publish the beacon's position yourself, to /wamv/sensors/pingers/pinger/set_pinger_position",
         ),
-        ("wamv_gazebo", "rviz_vrx.launch", {}, "start it with `roslaunch`, beside `vrx-mj serve`"),
+        ("wamv_gazebo", "rviz_vrx.launch", {}, "start it with `roslaunch`, while `vrx-mj serve` runs"),
         (
             "vrx_gz", "competition.launch.py", {"world": "gymkhana_task", "headless": "true"},
-            "launch files of ROS 2 are programs, which are not run; type: vrx-mj serve --ros2 vrx2023/gymkhana_task",
+            "ROS 2 launch files are programs, which are not run; type: vrx-mj serve --ros2 vrx2023/gymkhana_task",
         ),
     ],
 )  # fmt: skip

@@ -242,4 +242,4 @@ def test_what_is_in_no_table_is_told(side, route):
     put(element, "@colour", "1")
     put(element, "weather", "1")
     found = {(what, why.partition(";")[0]) for what, why in told(side, root, route)}
-    assert {(f"colour of <{element.tag}>", "unknown here"), ("<weather>", "unknown here")} <= found
+    assert {(f"colour of <{element.tag}>", "not recognized"), ("<weather>", "not recognized")} <= found

@@ -22,15 +22,15 @@ def said(body):
 
 def losses(world):
     """Notes of what is not as in Gazebo."""
-    return [f"{note.what} {note.fate}: {note.ours}" for note in world.notes if note.fate != "taken over"]
+    return [f"{note.what} {note.fate}: {note.ours}" for note in world.notes if note.fate != "imported"]
 
 
 @pytest.mark.parametrize(("velocity", "wind", "loss"), [
     ("0 10 0", {"direction": 90.0, "mean_velocity": 10.0}, []),
     ("-3 4 2", {"direction": math.degrees(math.atan2(4, -3)), "mean_velocity": 5.0},
-     ["<wind> approximated: it blows level, without its third number"]),
-    ("0 0 0", None, ["<wind> ignored: it is calm"]),
-    ("", None, ["<wind> ignored: it is calm"]),
+     ["<wind> approximated: wind is horizontal: the third number is ignored"]),
+    ("0 0 0", None, ["<wind> ignored: there is no wind"]),
+    ("", None, ["<wind> ignored: there is no wind"]),
 ])  # fmt: skip
 def test_the_wind_of_gz_sim_is_ours(velocity, wind, loss):
     world = said(f"<wind><linear_velocity>{velocity}</linear_velocity></wind>")
@@ -43,7 +43,7 @@ def test_the_wind_of_a_plugin_of_vrx_counts_wherever_it_is():
     for body, line in ((f"{calm}\n{plugin}", 4), (f"{plugin}\n{calm}", 3)):
         world = said(body)
         assert world.section["wind"]["mean_velocity"] == 3.0
-        assert losses(world) == [f"<wind> ignored: the wind is that of the plugin on line {line}"]
+        assert losses(world) == [f"<wind> ignored: the wind plugin on line {line} is used instead"]
 
 
 def test_the_wind_of_gz_sim_reaches_the_compiled_world():

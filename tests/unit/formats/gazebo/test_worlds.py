@@ -36,7 +36,7 @@ def said(body, version="1.6", file="bay.world"):
 
 def losses(world):
     """Notes of what is not as in Gazebo."""
-    return [f"{note.what} {note.fate}: {note.ours}" for note in world.notes if note.fate != "taken over"]
+    return [f"{note.what} {note.fate}: {note.ours}" for note in world.notes if note.fate != "imported"]
 
 
 @pytest.mark.parametrize("name", macros())
@@ -140,9 +140,9 @@ SPEED, TO = "/vrx/debug/wind/speed", "/vrx/debug/wind/direction"
 @pytest.mark.parametrize(
     ("name", "key", "ours", "note"),
     [
-        ("wayfinding", "competition", "vrx", "<task_info_topic> ignored: topics have the names that VRX gives them"),
-        ("usv_wind_gazebo", "topic_wind_speed", SPEED, f"<topic_wind_speed> ignored: here it is `{SPEED}`"),
-        ("usv_wind_gazebo", "topic_wind_direction", TO, f"<topic_wind_direction> ignored: here it is `{TO}`"),
+        ("wayfinding", "competition", "vrx", "<task_info_topic> ignored: topics keep VRX's names"),
+        ("usv_wind_gazebo", "topic_wind_speed", SPEED, f"<topic_wind_speed> ignored: the topic is always `{SPEED}`"),
+        ("usv_wind_gazebo", "topic_wind_direction", TO, f"<topic_wind_direction> ignored: the topic is always `{TO}`"),
     ],
 )
 def test_parameters_that_name_topics_are_noted(name, key, ours, note):
@@ -273,7 +273,7 @@ def test_each_element_of_each_scoring_plugin_is_read_or_noted_or_without_loss(pl
     if element.endswith(("_topic", "_service", "_topic_name", "robot_namespace")):
         assert scored(plugin, {element: "/vrx/other"}) == before
         after = scored(plugin, {element: "/other/name"})
-        assert after[1] == [f"<{element}> ignored: topics have the names that VRX gives them"]
+        assert after[1] == [f"<{element}> ignored: topics keep VRX's names"]
     else:
         after = scored(plugin, {**others, element: OTHERS.get(element, "12")})
     assert (after == before) == (element in QUIET)
@@ -281,7 +281,7 @@ def test_each_element_of_each_scoring_plugin_is_read_or_noted_or_without_loss(pl
 
 def test_an_element_that_no_plugin_of_vrx_has_is_noted():
     _, lost = scored("wayfinding", {"runing_state_duration": "60"})
-    assert lost == ["<runing_state_duration> ignored: no such element is read of this plugin"]
+    assert lost == ["<runing_state_duration> ignored: this plugin does not read it"]
 
 
 def test_durations_that_a_plugin_does_not_give_are_those_of_vrx():
@@ -316,7 +316,7 @@ def test_a_model_in_the_world_is_an_object():
 
 def test_undeclared_prefixes_of_gazebo_are_declared():
     assert losses(said("<!-- <sdf> --><gui><plugin filename='a'><gz:x/><ignition:y/></plugin></gui>")) == [
-        "<gui> ignored: it belongs to Gazebo's window"
+        "<gui> ignored: only for Gazebo's GUI"
     ]
 
 
@@ -324,8 +324,8 @@ def test_undeclared_prefixes_of_gazebo_are_declared():
     ('filename="libusv_gazebo_wind_plugin.so"', None),
     ('filename="libUSVWind.so" name="vrx::USVWind"', None),
     ('filename="gz-sim-wind-effects-system" name="gz::sim::systems::WindEffects"',
-     "<plugin> 'gz::sim::systems::WindEffects' ignored: <wind> blows without gusts, on boats alone"),
-    ('filename="libwindow_recorder.so" name="recorder"', "<plugin> 'recorder' ignored: no such plugin here"),
+     "<plugin> 'gz::sim::systems::WindEffects' ignored: <wind> is steady and acts on boats only"),
+    ('filename="libwindow_recorder.so" name="recorder"', "<plugin> 'recorder' ignored: this plugin is not supported"),
 ])  # fmt: skip
 def test_only_the_wind_plugins_of_vrx_are_its_wind(plugin, loss):
     world = said(f"<plugin {plugin}><wind_mean_velocity>3</wind_mean_velocity></plugin>")
@@ -338,14 +338,14 @@ def test_a_warning_lists_what_is_lost():
     with pytest.warns(VrxWarning) as caught:
         load_world("bay.world")
     lines = str(caught[0].message).splitlines()
-    assert lines[0] == "bay.world: 8 of 8 parts are not as in Gazebo (`vrx-mj import` lists all)"
-    assert lines[1] == "  bay.world:3: <road> 'r0' ignored: roads"
+    assert lines[0] == "bay.world: 8 of 8 parts differ from Gazebo (`vrx-mj import` lists all)"
+    assert lines[1] == "  bay.world:3: <road> 'r0' ignored: roads are not drawn"
     assert lines[-1] == "  and 2 more"
 
 
 BUOY = "<include><uri>model://mb_marker_buoy_red</uri><name>{}</name><pose>{} 0 0 0 0 0</pose></include>"
 CRATE = '<model name="{}"><static>true</static><link name="l"/></model>'
-FIRST = "bay.world:4:1: {}: a model named 'a' is {} on line 3 already: give one another {}"
+FIRST = "bay.world:4:1: {}: a model named 'a' is {} on line 3 already: change one {}"
 
 
 @pytest.mark.parametrize(
@@ -482,7 +482,7 @@ def test_a_pose_relative_to_another_model_or_a_frame_is_in_the_world(body):
         ),
         (
             NEAR.format("a", 'relative_to="b"', "0 0 0 0 0 0") + NEAR.format("b", 'relative_to="a"', "0 0 0 0 0 0"),
-            "include / pose: the poses are relative to each other: 'a' > 'b' > 'a'",
+            "include / pose: poses are relative to each other in a loop: 'a' > 'b' > 'a'",
         ),
     ],
 )
@@ -506,7 +506,7 @@ def test_a_pose_relative_to_nothing_or_to_itself_is_refused(body, message):
 )  # fmt: skip
 def test_of_two_elements_the_first_counts_as_in_gazebo(tag, first, second, key, value):
     world = said(f"<{tag}>{first}</{tag}>\n<{tag}>{second}</{tag}>")
-    assert losses(world) == [f"<{tag}> ignored: a world has one <{tag}>: the first, on line 3"]
+    assert losses(world) == [f"<{tag}> ignored: only the first <{tag}> is read, on line 3"]
     part = {"gravity": "physics", "gui": "camera", "spherical_coordinates": "georeference"}.get(tag, tag)
     assert (world.section[part] if key is None else world.section[part][key]) == value
 
@@ -520,7 +520,7 @@ def test_a_scene_after_that_of_a_macro_counts(macro):
         f"<xacro:scene_macro><fog>{BLOCKS['fog']}</fog><ambient>0.3 0.3 0.3 1</ambient></xacro:scene_macro>",
     }
     world = said(f"{macros[macro]}\n{own}", file="bay.world.xacro")
-    assert losses(world) == ["<scene> ignored: a world has one <scene>: the last, on line 4"]
+    assert losses(world) == ["<scene> ignored: only the last <scene> is read, on line 4"]
     assert world.section["scene"]["ambient"] == (0.9, 0.9, 0.9, 1.0)
 
 
@@ -532,7 +532,7 @@ SWIMS = (
     "<include><name>t</name><uri>model://turtle_buoy</uri><pose>-500 180 0 0 0 0</pose>"
     '<plugin name="f" filename="{file}">{words}<circle><radius>3</radius></circle></plugin></include>'
 )
-LOOPS = "<loop_forever> ignored: VRX's plugin loops where this tag is there, whatever it says: remove it"
+LOOPS = "<loop_forever> ignored: VRX's plugin loops if this tag is present, whatever its value: remove it"
 
 
 @pytest.mark.parametrize(
@@ -579,5 +579,5 @@ def test_models_of_a_world_are_parsed_by_one_question(monkeypatch):
 
 def test_too_many_notes_on_a_world_are_refused(monkeypatch):
     monkeypatch.setitem(asking.TOGETHER, asking.NOTES, 20)
-    with budget(), pytest.raises(VrxError, match="the files of this command come to more than 20 notes and elements"):
+    with budget(), pytest.raises(VrxError, match="the files of this command take more than 20 notes and elements"):
         said("<include><uri>model://nothing</uri></include>" * 30)

@@ -115,7 +115,7 @@ REFUSED = {
     ),
     "jazzy's name of a pinger": (
         [("wamv_pinger", {"sensor_name": "receiver"})],
-        "parameter sensor_name not permitted; this VRX's macro has no such parameter",
+        "parameter sensor_name not permitted; the macro of this VRX release has no such parameter",
         None,
     ),
 }
@@ -287,7 +287,7 @@ def test_vrx_judges_by_the_last_part_alone(parts):
 def test_vrx_takes_a_piece_of_a_permitted_name_for_permitted(parts):
     verdict = judge(parts("wamv_pinger: [{name: pinger}]\n"), None, "jazzy")
     assert verdict.reasons == (
-        "wamv_pinger pinger: parameter name not permitted; this VRX's macro has no such parameter",
+        "wamv_pinger pinger: parameter name not permitted; the macro of this VRX release has no such parameter",
     )
     assert (verdict.generator.passes, verdict.generator.errors) == (True, False)
 

@@ -161,20 +161,21 @@ def test_a_pinger_of_jazzy_is_a_pinger(parts):
 
 
 ODD = {
-    "wamv_camera: [{name: front, z: 1.3}]\n": "components.yaml:1:32: wamv_camera[0].z: at 1.3 m its post is -0.0235 m "
-    "long, with a negative mass; it needs 1.3235 m or more",
-    "lidar: [{name: top, z: 1.3}]\n": "components.yaml:1:24: lidar[0].z: at 1.3 m its post is -0.0465 m long, with a "
-    "negative mass; it needs 1.3465 m or more",
-    "wamv_camera: [{name: front, post_z_from: 1.6}]\n": "components.yaml:1:15: wamv_camera[0].z: at 1.5 m its post is "
-    "-0.127 m long, with a negative mass; it needs 1.627 m or more",
-    "lidar: [{name: top, type: 64_beam}]\n": "components.yaml:1:27: lidar[0].type: VRX makes no lidar of type "
+    "wamv_camera: [{name: front, z: 1.3}]\n": "components.yaml:1:32: wamv_camera[0].z: at 1.3 m its post is "
+    "-0.0235 m long, and its mass negative; at least 1.3235 m is needed",
+    "lidar: [{name: top, z: 1.3}]\n": "components.yaml:1:24: lidar[0].z: at 1.3 m its post is -0.0465 m long, "
+    "and its mass negative; at least 1.3465 m is needed",
+    "wamv_camera: [{name: front, post_z_from: 1.6}]\n": "components.yaml:1:15: wamv_camera[0].z: at 1.5 m its "
+    "post is -0.127 m long, and its mass negative; at least 1.627 m is needed",
+    "lidar: [{name: top, type: 64_beam}]\n": "components.yaml:1:27: lidar[0].type: VRX has no lidar type "
     "'64_beam'; known: 16_beam, 32_beam",
     "wamv_gps: [{P: 15}]\n": "components.yaml:1:16: wamv_gps[0].P: 15 exceeds a full turn, 6.2832; angles are in "
     "radians: ${radians(15)}",
     "wamv_pinger: [{orientation: 0 0 90}]\n": "components.yaml:1:29: wamv_pinger[0].orientation: 90 exceeds a full "
     "turn, 6.2832; angles are in radians: ${radians(90)}",
-    "wamv_pinger: [{sensor_name: receiver, position: 1 0 -1}]\n": "components.yaml:1:49: wamv_pinger[0].position: VRX "
-    "jazzy takes it for the beacon's place in the world; the receiver is at base_link's origin",
+    "wamv_pinger: [{sensor_name: receiver, position: 1 0 -1}]\n": "components.yaml:1:49: "
+    "wamv_pinger[0].position: VRX jazzy reads it as the beacon's position in the world; the receiver is at "
+    "base_link's origin",
 }
 
 

@@ -162,7 +162,7 @@ waves:
   steps: 1
   macros: {ocean_waves: [{period: 8}]}
 """)
-    told = "bay.yaml: ocean_waves is called on lines 2 and 5; the later one counts"
+    told = "bay.yaml: ocean_waves is called on lines 2 and 5; the last one is used"
     with pytest.warns(VrxWarning, match=f"^{re.escape(told)}$"):
         found = world(series, 0)
     assert (found["sea"]["gain"], found["sea"]["period"]) == (0.1, 8)

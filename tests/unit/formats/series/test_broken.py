@@ -12,7 +12,7 @@ from work import calls_at_most
 
 SHAPES = {
     "": "bay.yaml:1:1: empty; expected keys and values",
-    "{}": "bay.yaml:1:1: no axes; an axis has `steps` and `macros`",
+    "{}": "bay.yaml:1:1: expected axes, each with `steps` and `macros`",
     "extends: sand_island": "bay.yaml:1:10: extends: expected keys and values, got 'sand_island'",
     "a: {macros: {}}": "bay.yaml:1:4: a.steps: required, but missing",
     "a: {steps: 0}": "bay.yaml:1:12: a.steps: must be at least 1, got 0",
@@ -29,7 +29,7 @@ SHAPES = {
     ),
     "a: {steps: 1, sequence: [1]}": "bay.yaml:1:25: a.sequence: expected keys and values, got [1]",
     "a: {steps: 1}\n+ b: {steps: 1}": ("bay.yaml:2:6: + b: begins with '+', as in a patch file; remove the '+'"),
-    "a: {steps: 100}\nb: {steps: 101}": "bay.yaml:1: 100 x 101 steps make 10100 worlds; a file may have 10000",
+    "a: {steps: 100}\nb: {steps: 101}": "bay.yaml:1: 100 x 101 steps make 10100 worlds; at most 10000 are allowed",
 }
 
 
@@ -61,21 +61,21 @@ CALLS = {
     "wayfinding: [null]": "bay.yaml:4:18: a.macros.wayfinding[0]: wayfinding needs the parameter '/**waypoints'",
     "ocean_waves: [{gain: big}]": (
         "bay.yaml:4:26: a.macros.ocean_waves[0].gain: 'big': name 'big' is not defined; "
-        "a text needs single quotes inside the double ones"
+        "text needs single quotes inside the double quotes"
     ),
     "ocean_waves: [{gain: \"'big'\"}]": ("bay.yaml:4:26: a.macros.ocean_waves[0].gain: expected a number, got 'big'"),
     "ocean_waves: [{gain: [1]}]": "bay.yaml:4:26: a.macros.ocean_waves[0].gain: expected a number, got [1]",
     "ocean_waves: [{gain: 1 / n}]": (
         "bay.yaml:4:26: a.macros.ocean_waves[0].gain: '1 / n': division by zero; "
-        "a text needs single quotes inside the double ones"
+        "text needs single quotes inside the double quotes"
     ),
     "ocean_waves: [{gain: lambda}]": (
         "bay.yaml:4:26: a.macros.ocean_waves[0].gain: 'lambda': invalid syntax; "
-        "a text needs single quotes inside the double ones"
+        "text needs single quotes inside the double quotes"
     ),
     "ocean_waves: [{gain: n.__class__}]": (
         "bay.yaml:4:26: a.macros.ocean_waves[0].gain: 'n.__class__': Use of invalid name(s):  __class__; "
-        "a text needs single quotes inside the double ones"
+        "text needs single quotes inside the double quotes"
     ),
     "usv_wind_gazebo: [{seed: 1.5}]": (
         "bay.yaml:4:30: a.macros.usv_wind_gazebo[0].seed: expected a whole number, got 1.5"
@@ -170,7 +170,7 @@ def test_every_wrong_call_of_a_world_is_told(axes):
 @pytest.mark.parametrize("number", ["2", "-1", "x", "", "1.5", "99999999999"])
 def test_a_number_that_no_world_has(axes, number):
     axes("a: {steps: 2, macros: {}}")
-    with pytest.raises(VrxError, match=f"^bay.yaml#{re.escape(number)}: no such world; the series has 0 to 1$"):
+    with pytest.raises(VrxError, match=f"^bay.yaml#{re.escape(number)}: no such world; the series has worlds 0 to 1$"):
         load_world(f"bay.yaml#{number}")
 
 
@@ -179,7 +179,7 @@ def test_a_series_without_a_number_says_how_to_name_one(axes):
         axes(text)
         with pytest.raises(VrxError) as caught:
             load_world("bay.yaml")
-        assert str(caught.value) == "bay.yaml is a series of worlds: name one of them, 'bay.yaml#0' to 'bay.yaml#1'"
+        assert str(caught.value) == "bay.yaml is a series of worlds: name one, 'bay.yaml#0' to 'bay.yaml#1'"
 
 
 def test_a_hash_in_a_folder_is_no_number(tmp_path, monkeypatch):

@@ -195,7 +195,7 @@ def test_a_value_in_an_attribute_element_may_be_a_number(folder):
         ),
         (
             '<xacro:property name="b"><xacro:insert_block name="b"/></xacro:property><xacro:insert_block name="b"/>',
-            "2:26: <xacro:insert_block>: nested too deeply: does something refer to itself?",
+            "2:26: <xacro:insert_block>: nested too deeply; does something refer to itself?",
         ),
     ],
 )
@@ -369,7 +369,7 @@ def test_missing_packages_may_be_ignored(folder, monkeypatch, include):
     assert "lidar" not in text
     assert "<link/>" in text
     assert str(told[0].message).splitlines() == [
-        "boat.urdf.xacro: not read, as packages are missing",
+        "boat.urdf.xacro: not read, because packages are missing",
         "boat.urdf.xacro:2: no package named 'lidar'",
         "boat.urdf.xacro:2: no macro named 'lidar'",
     ]

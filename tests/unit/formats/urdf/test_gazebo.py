@@ -256,7 +256,7 @@ def test_two_sensors_of_one_link_have_names_of_their_own():
         ),
         (
             plugin("libgazebo_ros_p3d.so", "<bodyName>eye_link</bodyName><topicName>truth</topicName>"),
-            "gazebo / plugin 'p': has no updateRate; it is read at 100 Hz, not at every step",
+            "gazebo / plugin 'p': has no updateRate; 100 Hz is used, not every step",
         ),
         (
             plugin("libgazebo_ros_p3d.so", "<bodyName>eye_link</bodyName><topicName>truth</topicName>"
@@ -265,7 +265,7 @@ def test_two_sensors_of_one_link_have_names_of_their_own():
         ),
         (
             plugin("libball_shooter_plugin.so", "<topic>shooters/gun/fire</topic>"),
-            "gazebo / plugin 'p': no link named 'gun_launcher_link' to launch from; the root link is used",
+            "gazebo / plugin 'p': no link named 'gun_launcher_link' to launch from: the root link is used",
         ),
         (
             sensor("camera", '<update_rate>9</update_rate><camera/><plugin name="c" filename="libgazebo_ros_camera.so">'
@@ -390,8 +390,8 @@ def test_newer_vrxs_forces_are_read(newer):
     assert water.drag_quadratic == (150, 100, 0, 600, 900, 800)
     assert [*map(str, newer.warnings)] == [
         (
-            "boat.urdf:4: gazebo / plugin 'gz::sim::systems::Thruster': commands are newtons only in worlds of "
-            "profile vrx3, else shares of the largest thrust, -1 to 1"
+            "boat.urdf:4: gazebo / plugin 'gz::sim::systems::Thruster': commands are newtons only in profile "
+            "vrx3, otherwise fractions of the maximum thrust, -1 to 1"
         ),
     ]
 
@@ -429,8 +429,8 @@ def test_a_newer_hull_without_points_carries_nothing():
             "has no buoyancy"
         ),
         (
-            "boat.urdf:3: gazebo / plugin 'vrx::SimpleHydrodynamics': no hull (Surface plugin) with points belongs to "
-            "it; its shapes displace the water"
+            "boat.urdf:3: gazebo / plugin 'vrx::SimpleHydrodynamics': no hull (Surface plugin) with points "
+            "matches it; the collision shapes displace water"
         ),
     ]
 
@@ -495,8 +495,8 @@ def test_a_thruster_of_freefloating_pushes_against_its_z_axis_and_steers_on_its_
             "<thruster><map>1 0 0 0 0 0</map></thruster>",
             "a thruster with a <map> has no link and is not simulated",
         ),
-        (UUV, NAMES, "no thrustMax and no largest input; the largest thrust is 250 N"),
-        (UUV, NAMES, "commands are shares of the largest thrust, -1 to 1"),
+        (UUV, NAMES, "without thrustMax and a maximum input, the maximum thrust is 250 N"),
+        (UUV, NAMES, "commands are fractions of the maximum thrust, -1 to 1"),
     ],
 )
 def test_what_a_file_does_not_say_is_said(filename, content, note):

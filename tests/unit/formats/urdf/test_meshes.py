@@ -213,7 +213,7 @@ def test_a_triangle_of_a_coloured_part_refers_to_its_own_points(tmp_path, last):
     file.write_text(PLY.format(last=3), encoding="utf-8")
     assert read_mesh(file).color == (200 / 255, 0.0, 0.0, 1.0)
     file.write_text(PLY.format(last=last), encoding="utf-8")
-    assert refusal(file) == "mesh a.ply is broken: a triangle refers to a point that the file does not have"
+    assert refusal(file) == "mesh a.ply is broken: a triangle refers to a missing point"
 
 
 def test_a_triangle_does_not_refer_to_the_points_of_another_part(wedge, tmp_path):
@@ -228,7 +228,7 @@ def test_a_triangle_does_not_refer_to_the_points_of_another_part(wedge, tmp_path
         old, new = (np.asarray(each, "<u4").tobytes() for each in (faces, np.where(faces == last, last + 1, faces)))
         assert old in data
         file.write_bytes(data.replace(old, new, 1))
-        assert refusal(file) == "mesh a.glb is broken: a triangle refers to a point that the file does not have"
+        assert refusal(file) == "mesh a.glb is broken: a triangle refers to a missing point"
 
 
 def test_a_missing_file_is_told(tmp_path):

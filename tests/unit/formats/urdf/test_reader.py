@@ -180,8 +180,8 @@ def test_a_post_of_negative_length_is_left_out():
         urdf = read(link(), *posts, joint("hull", "a_post_link"), joint("hull", "b_post_link"))
     assert [str(warning.message) for warning in caught] == [
         (
-            "boat.urdf: posts of sensors that end below the deck, to which VRX gives a negative length: "
-            "no mass, no shape: a_post_link, b_post_link"
+            "boat.urdf: posts of sensors that end below the deck: VRX gives them a negative length, so they have "
+            "no mass and no shape: a_post_link, b_post_link"
         )
     ]
     post = urdf.links["a_post_link"]
@@ -194,8 +194,8 @@ def test_a_light_part_may_have_an_impossible_inertia():
         read(link(), link("imu", part), joint("hull", "imu"))
     assert [str(warning.message) for warning in caught] == [
         (
-            "boat.urdf: impossible moments of inertia, negative or above the sum of the other two; "
-            "they are used as they are: imu"
+            "boat.urdf: impossible moments of inertia, negative or above the sum of the other two; they are used "
+            "as given: imu"
         )
     ]
 
@@ -253,7 +253,7 @@ def test_limits_of_1e16_are_none():
     [
         (
             [link("frame", '<inertial><mass value="0"/><inertia ixx="0" iyy="0" izz="0"/></inertial>')],
-            "links with mass 0; they count as links without mass: frame",
+            "links with mass 0; they are treated as links without mass: frame",
         ),
         ([link("frame", "<visual/>")], "visuals without a geometry; they are ignored: frame"),
         (
@@ -302,8 +302,8 @@ def test_what_is_lost_and_what_is_unknown_is_a_remark():
     mimic = '<mimic joint="other"/>'
     urdf = read(link(), link("arm", '<colision size="1"/>'), joint("hull", "arm", "continuous", mimic))
     assert [remark[1:] for remark in urdf.remarks] == [
-        ("<colision>", "unknown here; did you mean 'collision'?"),
-        ("<mimic>", "joints move on their own"),
+        ("<colision>", "not recognized; did you mean 'collision'?"),
+        ("<mimic>", "mimic joints are not simulated"),
     ]
 
 

@@ -10,12 +10,12 @@ from vrx_mj.formats.urdf.expand import expand
 HEAD = '<robot name="boat" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
 TOO_MUCH = (
     "it takes more than 3 s of processor time",
-    "it comes to more than 32 MiB",
+    "more than 32 MiB",
     "it takes more than 512 MiB of memory",
 )
 """Limits of which this machine reaches one first; a faster one may reach none."""
 TOO_LARGE = "takes too much memory"
-TOO_DEEP = "nested too deeply: does something refer to itself?"
+TOO_DEEP = "nested too deeply; does something refer to itself?"
 CALL = '<xacro:m n="${n + 1}"/>'
 START = '<xacro:m n="0"/>'
 INSERT = '<xacro:insert_block name="b"/>'

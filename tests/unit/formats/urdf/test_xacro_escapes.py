@@ -315,7 +315,7 @@ def test_elements_lead_nowhere(name, boat):
 @pytest.mark.parametrize("name", DOCTYPES)
 def test_document_types_and_entities_are_refused(name, boat):
     said = outcome(boat, DOCTYPES[name])
-    assert said.endswith("<!DOCTYPE>: document types and entities are not allowed; delete them")
+    assert said.endswith("<!DOCTYPE>: document types and entities are not allowed; remove them")
     (boat / "part.xacro").write_text(DOCTYPES[name], encoding="utf-8")
     assert outcome(boat, f'{HEAD}<xacro:include filename="part.xacro"/></robot>').startswith("part.xacro:1:")
 

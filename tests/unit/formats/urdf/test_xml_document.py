@@ -17,13 +17,13 @@ from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.formats.gazebo.document import read_document
 from vrx_mj.formats.urdf.xml_document import decode, markup, parse_robot, table
 
-AMPERSAND = "'&' is read as it is; XML has &amp; for it"
+AMPERSAND = "'&' is read as &amp;; write &amp; instead"
 TOLERATED = {
     "ampersand": ("<sdf>\n <uri>a & b&c;</uri></sdf>", "a & b&c;", f"2:9: {AMPERSAND} (2 times)"),
     "attribute": ("<sdf name='a & b'><uri>a</uri></sdf>", "a", f"1:14: {AMPERSAND}"),
     "before": (
         "\n<?xml version='1.0'?>\n<sdf><uri>a</uri></sdf>", "a",
-        "1:1: blanks before '<?xml ...?>' are ignored; XML has it first",
+        "1:1: spaces before '<?xml ...?>' are ignored; it must come first",
     ),
     "hyphens": (
         "<sdf><!-- a -- b --->\n<uri>a</uri></sdf>", "a",
@@ -35,7 +35,7 @@ TOLERATED = {
     ),
     "encoding": (
         b"<sdf><uri>m\xfcll</uri></sdf>", "m\ufffdll",
-        "1:12: bytes that are not in the encoding of the file are replaced; save it as UTF-8",
+        "1:12: bytes that are invalid in the file's encoding are replaced; save it as UTF-8",
     ),
 }  # fmt: skip
 """A file, the text of its <uri>, and what is said."""
@@ -65,13 +65,13 @@ def test_what_xml_allows_is_not_spoken_of(text):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "1:1: ends before its outermost element does, or is empty"),
+        ("", "1:1: ends before its outermost element is closed, or is empty"),
         ("<a>\n<b>", "2:4: the file ends before </b>, which ends the <b> of line 2"),
         ("<a>\n <b></c></a>", "2:7: expected </b>, which ends the <b> of line 2"),
         ("<a><!-- <b></a>", "1:4: the file ends before </a>, which ends the <a> of line 1"),
         ("<a b='<'/>", "1:7: is not XML: a stray '<' or '&' (write &lt; &amp;), or no quote or '='"),
         ("<a/>\n<b/>", "2:1: text after the end of the outermost element"),
-        ("<!DOCTYPE a><a/>", "1:12: <!DOCTYPE>: document types and entities are not allowed; delete them"),
+        ("<!DOCTYPE a><a/>", "1:12: <!DOCTYPE>: document types and entities are not allowed; remove them"),
     ],
 )
 def test_what_cannot_be_read_is_an_error_with_its_place(text, said):

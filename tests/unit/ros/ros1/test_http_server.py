@@ -170,7 +170,10 @@ def test_values_that_xml_rpc_cannot_carry_become_such_or_are_refused():
     deep = []
     for _ in range(40):
         deep = [deep]
-    for value, why in ((deep, "a value is nested more than 32 deep"), (b"x", "a bytes is not a value of a parameter")):
+    for value, why in (
+        (deep, "a value is nested more than 32 levels deep"),
+        (b"x", "a bytes cannot be the value of a parameter"),
+    ):
         with pytest.raises(CommandError) as caught:
             plain(value)
         assert str(caught.value) == why

@@ -163,8 +163,8 @@ def test_parameters_are_relative_to_the_caller_and_others_are_told(master):
         ),
         ("registerService", ("/a", "/x", A, A), f"ERROR: \"'{A}'\" is not a URI like rosrpc://host:port"),
         ("getParam", ("/a", ""), "ERROR: \"''\" is not a name of a parameter"),
-        ("setParam", ("/a", "/x", None), "a NoneType is not a value of a parameter"),
-        ("setParam", ("/a", "/x", {"deep": [None]}), "a NoneType is not a value of a parameter"),
+        ("setParam", ("/a", "/x", None), "a NoneType cannot be the value of a parameter"),
+        ("setParam", ("/a", "/x", {"deep": [None]}), "a NoneType cannot be the value of a parameter"),
     ],
 )
 def test_wrong_calls_are_told_what_is_wrong(master, method, values, text):

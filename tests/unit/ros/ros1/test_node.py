@@ -281,6 +281,6 @@ def test_a_service_that_refuses_or_does_not_say_its_type_is_not_called(answer, r
             host, port = server.sockets[0].getsockname()
             await call_service(f"rosrpc://{host}:{port}", "/x", "/light", new)
 
-    told = f"/light: {reason}" if reason else "/light has the type std_srvs/Unheard, which is not known here"
+    told = f"/light: {reason}" if reason else "/light has the unknown type std_srvs/Unheard"
     with pytest.raises(CommandError, match=f"^{re.escape(told)}$"):
         asyncio.run(run())

@@ -167,7 +167,7 @@ def test_headers_without_a_stamp_get_the_present_moment(talk):
         ([], "a message must be a JSON object with a string 'op', got []"),
         (
             {"op": "service_response", "id": "call_service:/x:1"},
-            "service_response: no call 'call_service:/x:1' waits for this client's answer",
+            "service_response: no call 'call_service:/x:1' is waiting for this client's answer",
         ),
         (
             {"op": "advertise_service", "service": "/wamv/fire", "type": "std_srvs/Trigger"},
@@ -230,7 +230,7 @@ def test_fragments_that_never_end_are_thrown_away(talk):
     for number in range(5):
         talk.say("fragment", id=str(number), num=0, total=2, data=megabyte)
     assert [status["msg"] for status in talk.sync()] == [
-        "fragment: more than 4194304 characters wait for the rest of their messages"
+        "fragment: more than 4194304 characters of incomplete messages"
     ]
 
 

@@ -291,7 +291,7 @@ def test_a_client_that_reads_no_answers_is_disconnected(bridged, monkeypatch, ca
     bridged.wait(lambda b: b.wires.traffic.clients == 0)
     (told,) = caplog.messages
     assert re.fullmatch(
-        r"rosbridge: 127\.0\.0\.1: 127\.0\.0\.1:\d+ does not read its answers, and was disconnected", told
+        r"rosbridge: 127\.0\.0\.1: 127\.0\.0\.1:\d+ did not read its replies, and was disconnected", told
     )
 
 

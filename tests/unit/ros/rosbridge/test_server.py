@@ -146,7 +146,7 @@ def test_a_host_that_is_not_this_machine_is_refused():
     assert str(raised.value) == "rosbridge: port 0 of 192.0.2.1 cannot be opened: Cannot assign requested address"
 
 
-FULL = "too many clients are connected; no more of 127.0.0.1 are accepted\n"
+FULL = "too many clients are connected; no more from 127.0.0.1 are accepted\n"
 
 
 def test_so_many_clients_are_taken_and_no_more(bridged, monkeypatch):

@@ -202,7 +202,7 @@ def inserted(scene, name, text, x=-500.0, y=235.0, z=0.2, **more):
         (
             BOX,
             (
-                "guest joins as the SDF's own crate; <model> 'crate' approximated: without buoyancy plugin; its "
+                "guest joins as the SDF's own crate; <model> 'crate' approximated: it has no buoyancy plugin: its "
                 "collision shapes displace water"
             ),
             0.7,
@@ -274,13 +274,13 @@ def test_what_was_removed_from_the_world_may_come_again_under_its_name(course):
          ("SDF of x:1:6: <include> 'model://nope' / uri: no model 'nope' in `vrx-mj list objects`, nor on "
          "GAZEBO_MODEL_PATH or GZ_SIM_RESOURCE_PATH")),
         ("x", "<sdf><include><uri>model://../../etc</uri></include></sdf>",
-         ("SDF of x:1:6: <include> 'model://../../etc' / uri: expected the name of a model, as model://NAME, got "
+         ("SDF of x:1:6: <include> 'model://../../etc' / uri: expected a model name, as model://NAME, got "
          "'model://../../etc'")),
         ("x", "<sdf><include><uri>file:///etc</uri></include></sdf>",
-         ("SDF of x:1:6: <include> 'file:///etc' / uri: expected the name of a model, as model://NAME, got "
+         ("SDF of x:1:6: <include> 'file:///etc' / uri: expected a model name, as model://NAME, got "
          "'file:///etc'")),
         ("x", '<!DOCTYPE a [<!ENTITY b SYSTEM "file:///etc/passwd">]><sdf><model name="&b;"/></sdf>',
-         "SDF of x:1:13: <!DOCTYPE>: document types and entities are not allowed; delete them"),
+         "SDF of x:1:13: <!DOCTYPE>: document types and entities are not allowed; remove them"),
         ("a b", LIGHT, "<object>: name: expected a name of up to 64 letters A-Z, digits, '_', '-' or '.', got 'a b'"),
         ("wamv", LIGHT, "invalid object name 'wamv': a boat of world example_course has this name"),
         ("x", " " * ((1 << 24) + 1), "x: the SDF has 16777217 characters; at most 16777216 are allowed"),
@@ -390,7 +390,7 @@ def test_the_physics_are_told_and_stay_as_they_are(course):
     assert xyz(own.gravity) == pytest.approx([0.0, 0.0, -9.8])
     same = {name: getattr(own, name) for name in ("time_step", "max_update_rate", "gravity", "ode_config")}
     assert got(scene, "set_physics_properties", "SetPhysicsProperties", **same).success
-    stays = "stays as get_physics_properties gives it"
+    stays = "cannot be changed"
     for name, value, why in (
         ("time_step", 0.001, f"time_step {stays}: 0.01, got 0.001"),
         ("time_step", math.nan, f"time_step {stays}: 0.01, got nan"),

@@ -247,7 +247,7 @@ def test_a_thrust_that_is_no_number_is_refused(served, newtons):
 def test_a_thrust_beyond_the_engines_is_told_once(served):
     for _ in range(3):
         give(served, "/wamv/thrusters/left/thrust", 2000.0)
-    assert served.lines == ["left of wamv is 2000 N, beyond -100 to 242.7 N: it is clamped to this range"]
+    assert served.lines == ["left of wamv is 2000 N, outside -100 to 242.7 N: it is clamped to this range"]
 
 
 def test_in_profile_vrx3_the_thrust_goes_straight_to_the_engine(opened):
