@@ -20,7 +20,7 @@ from vrx_mj.cli.program import app
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.recording import read_record, record
 from vrx_mj.ros.bags import bag_run
-from vrx_mj.ros.convert import convert
+from vrx_mj.ros.convert import Moment, convert
 from vrx_mj.ros.messages import encode
 from vrx_mj.ros.packages import write_packages
 from vrx_mj.ros.table.boats import command_topic
@@ -131,6 +131,18 @@ def test_a_recording_gives_the_messages_that_the_run_gave(bags, topic):
     kind = live[topic][common[0]].__msgtype__
     for time in common:
         assert encode(bladeless(converted[topic][time]), kind) == encode(bladeless(live[topic][time]), kind), time
+
+
+def test_a_moment_of_a_recording_observes_the_boats_of_its_row(sailed):
+    recorded = read_record(sailed[0] / "run.rrd")
+    moment, track = Moment(recorded, recorded.companies[0]), recorded.boats["wamv"]
+    for i in (10, 30):
+        moment.show(recorded.rows[i][moment.columns])
+        seen = moment.observe()["wamv"]
+        assert (seen.position == track.position[i]).all()
+        assert (seen.quaternion == track.quaternion[i]).all()
+        assert seen.velocity == pytest.approx(track.velocity[i], abs=1e-12)
+        assert seen.angular_velocity == pytest.approx(track.angular_velocity[i], abs=1e-12)
 
 
 def bladeless(message):

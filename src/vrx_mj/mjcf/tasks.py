@@ -208,8 +208,18 @@ def task_parameters(
     kind = model.TASKS[_type(task)]
     own = (each.name for each in fields(kind))
     found = record_from(kind, task, **{key: _RESOLVERS[key](task, site) for key in own if key in _RESOLVERS})
+    _check_copied_names(found, site)
     site.check()
     return cast(model.Task, found)
+
+
+def _check_copied_names(task: model.TaskBase, site: Site) -> None:
+    """Find faults in the names of objects and docks that were copied from the file; resolvers look up the others."""
+    known = [*site.objects, *(dock.name for dock in site.docks)]
+    for place, kind, name in model.names_in(task):
+        loc = tuple(int(part) if part.isdecimal() else part for part in re.findall(r"\w+", place))
+        if loc[0] not in _RESOLVERS and kind == model.THING and name not in known:
+            site.fault(loc, str(UnknownNameError(kind, name, known)))
 
 
 def _type(task: TaskConfig) -> str:

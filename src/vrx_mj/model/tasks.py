@@ -12,7 +12,7 @@ _MOST = 100_000
 """Most things of a kind in a task."""
 _Size = tuple[NonNegative, NonNegative, NonNegative]
 _Kind = TypeVar("_Kind")
-_THING = "object or dock"
+THING = "object or dock"
 
 
 def _name_of(kind: str) -> Mapping[str, str]:
@@ -82,9 +82,9 @@ class Pinger:
 class Gate:
     """Two buoys."""
 
-    left: Text = field(metadata=_name_of(_THING))
+    left: Text = field(metadata=_name_of(THING))
     """Name of VRX's left buoy, which comes to starboard of a boat that crosses as it should."""
-    right: Text = field(metadata=_name_of(_THING))
+    right: Text = field(metadata=_name_of(THING))
     """Name of the other buoy, which comes to port."""
 
 
@@ -110,7 +110,7 @@ class Shown:
     """Time for which it is visible [s]."""
     type: Text
     """Type in a correct report."""
-    name: Text = field(metadata=_name_of(_THING))
+    name: Text = field(metadata=_name_of(THING))
     """Name of the object."""
     pose: Pose
     """Pose in the boat's frame [m, rad]."""
@@ -166,7 +166,7 @@ class Hole:
 class Animal:
     """An animal."""
 
-    name: Text = field(metadata=_name_of(_THING))
+    name: Text = field(metadata=_name_of(THING))
     """Name of the object."""
     model: Text
     """Its model."""
@@ -238,13 +238,13 @@ class Dock(TaskBase):
     type: Literal["dock", "scan_and_dock", "scan_dock_deliver"]
     dock: Text
     """Name that the file gives the dock."""
-    anchor: Text = field(metadata=_name_of(_THING))
+    anchor: Text = field(metadata=_name_of(THING))
     """Name of the dock."""
     bays: Annotated[tuple[Bay, ...], Field(min_length=1, max_length=_MOST)]
     """The bays."""
     holes: Annotated[tuple[Hole, ...], Field(max_length=_MOST)]
     """The holes that count."""
-    balls: Annotated[tuple[Text, ...], Field(max_length=_MOST)] = field(metadata={**late(2), **_name_of(_THING)})
+    balls: Annotated[tuple[Text, ...], Field(max_length=_MOST)] = field(metadata={**late(2), **_name_of(THING)})
     """Names of the boat's balls."""
     light_buoy: Text | None = field(metadata=_name_of("light"))
     """Name of the light buoy."""
@@ -306,7 +306,7 @@ class AcousticTracking(TaskBase):
     """Follow a beacon that moves."""
 
     type: Literal["acoustic_tracking"]
-    pinger: Text = field(metadata=_name_of(_THING))
+    pinger: Text = field(metadata=_name_of(THING))
     """Name of the object under which the beacon hangs."""
     pinger_depth: Real
     """Height of the beacon [m]."""
@@ -351,7 +351,7 @@ def names_in(task: TaskBase) -> Iterator[tuple[str, str, str]]:
 
 def followed_things(task: TaskBase) -> tuple[str, ...]:
     """Names of the objects and docks whose poses a task's rules need, each once."""
-    return tuple(dict.fromkeys(name for _, kind, name in names_in(task) if kind == _THING))
+    return tuple(dict.fromkeys(name for _, kind, name in names_in(task) if kind == THING))
 
 
 def _walk(place: str, part: object) -> Iterator[tuple[str, object]]:

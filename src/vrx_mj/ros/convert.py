@@ -3,6 +3,7 @@
 import heapq
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -10,6 +11,7 @@ from typing import Any, NamedTuple, cast
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import RecordError
+from vrx_mj.frames import rotation_matrix
 from vrx_mj.recording.boat_sets import BoatSet, columns_in
 from vrx_mj.recording.reader import Event, Record, RecordedReadings, SavedState, read_readings, read_record
 from vrx_mj.recording.simulation_scene import check_columns
@@ -20,6 +22,7 @@ from vrx_mj.ros.parameters import command_topic
 from vrx_mj.ros.table import make_tables
 from vrx_mj.ros.table.boats import description
 from vrx_mj.ros.table.host import Bodies, Host, Scenery, odometry
+from vrx_mj.runtime.observation import BoatObservation, Observation
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
 from vrx_mj.runtime.timing import Schedule
@@ -79,6 +82,12 @@ class Moment:
         self._row, self.time, self.wind.speed = row, float(row[0]), float(row[1])
         self.data = SimpleNamespace(qpos=row[self.layout.qpos], qvel=row[self.layout.qvel], time=self.time)
 
+    def observe(self) -> Observation:
+        """The boats as the row has them; what else is observed is of the last saved state."""
+        seen = self._sim.observe()
+        hulls = zip(self._sim.boats, self._sim.world.parameters.hulls, strict=True)
+        return Observation([(boat, self._moved(seen[boat], hull.joint)) for boat, hull in hulls], seen.task)
+
     def resume(self, saved: SavedState) -> None:
         """Set the task to a saved state."""
         self._sim.set_state(State.from_bytes(saved.blob))
@@ -99,6 +108,14 @@ class Moment:
                 yield name, angle[name.removesuffix(_ANGLE)]
             elif name in self._thrusters[boat]:
                 yield name, self._thrusters[boat][name].command(thrust[name])
+
+    def _moved(self, seen: BoatObservation, joint: str) -> BoatObservation:
+        """An observation of a boat with the pose and velocity that the row has for its free joint."""
+        axes = self._sim.model.joint(joint)
+        qpos, dof = int(axes.qposadr[0]), int(axes.dofadr[0])
+        pose, motion = self.data.qpos[qpos : qpos + 7].copy(), self.data.qvel[dof : dof + 6].copy()
+        linear = rotation_matrix(pose[3:]).T @ motion[:3]
+        return replace(seen, position=pose[:3], quaternion=pose[3:], velocity=linear, angular_velocity=motion[3:])
 
     def _engines(self, boat: str, columns: slice) -> dict[str, float]:
         values = self._row[columns]

@@ -9,7 +9,7 @@ from vrx_mj.config.objects import ObjectConfig
 from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.objects import PlacedObject
-from vrx_mj.mjcf.tasks import thing_touches
+from vrx_mj.mjcf.tasks import _RESOLVERS, thing_touches
 from vrx_mj.model.world import tree_of
 from vrx_mj.runtime.stepping_models import stepping_models
 
@@ -192,6 +192,13 @@ def test_only_targets_that_are_asked_for_count():
     target = {"bay": 2, "size": "small", "points": 7}
     holes = task_of({"type": "dock", "dock": "d", "bays": BAYS, "targets": [target]}, DOCK)["holes"]
     assert [(hole["bay"], hole["size"], hole["points"]) for hole in holes] == [("bay2", "small", 7.0)]
+
+
+def test_a_name_that_no_resolver_looks_up_must_be_in_the_world(monkeypatch):
+    monkeypatch.delitem(_RESOLVERS, "pinger")
+    text = refusal({"type": "acoustic_tracking", "pinger": "read"}, RED)
+    assert text == "<world>: task.pinger: no object or dock named 'read'; did you mean 'red'?"
+    assert task_of({"type": "acoustic_tracking", "pinger": "red"}, RED)["pinger"] == "red"
 
 
 PARTS = "red_bound_0, red_bound_1, red_bound_2, green_bound_0, green_bound_1, green_bound_2"
