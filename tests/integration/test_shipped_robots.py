@@ -20,6 +20,8 @@ from vrx_mj.packages import root
 ROBOTS = sorted(catalogue("robots"))
 ADRIFT = ("barge_10m", "barge_4m", "cylinder", "sphere")
 SAILING = [robot for robot in ROBOTS if robot not in ADRIFT]
+TURNING = ("otter", "otter_hydro")
+"""Robots with Munk's moment and without skegs."""
 FOLDER = root() / "assets" / "robots"
 SYDNEY = {"latitude": -33.724223, "longitude": 150.679736}
 
@@ -54,6 +56,15 @@ def test_a_robot_floats_upright_and_sails_ahead(robot):
     sailed = sim.observe()["a"]
     assert sailed.velocity[0] > 0.5
     assert abs(sailed.heading) < 0.1
+
+
+@pytest.mark.parametrize("robot", [robot for robot in SAILING if robot not in TURNING])
+def test_a_robot_keeps_its_course_in_profile_marine(robot):
+    """At equal thrust a small turn dies away, or stays as small."""
+    sim = marine(robot, {"model": "none"})
+    sim.set_boat("a", velocity=(0.0, 0.01, 0.0, 0.0, 0.0, 0.01))
+    sim.step(all_ahead(sim, 1.0), duration=60.0)
+    assert abs(sim.observe()["a"].angular_velocity[2]) < 2e-3
 
 
 @pytest.mark.parametrize("robot", ROBOTS)

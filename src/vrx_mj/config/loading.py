@@ -204,7 +204,7 @@ def document(kind: str, source: Source, name: str = "") -> tuple[Section, str]:
     of_others = function_of(kind, source)
     found: tuple[Section, str] | None = of_others(source) if of_others else None
     if found:
-        return found
+        return read_source(kind, found[0]), found[1]
     file = file_of(kind, source)
     try:
         section = read_source(kind, file)

@@ -7,9 +7,11 @@ import pytest
 from vrx_mj.config.base import keys_of
 from vrx_mj.config.fleet import FleetConfig, load_fleet
 from vrx_mj.config.kinds import FORMATS, KINDS, MARKS, NEEDS, USES, Reader, needs
+from vrx_mj.config.loading import document
 from vrx_mj.config.objects import ObjectConfig
 from vrx_mj.config.robots import RobotConfig
 from vrx_mj.config.search import catalogue, find
+from vrx_mj.config.tree import File, Place, Section
 from vrx_mj.config.world import WorldConfig, load_world
 from vrx_mj.errors import UnknownNameError, VrxError
 from vrx_mj.formats import READERS
@@ -267,6 +269,14 @@ def test_a_file_that_another_names_outside_of_its_folder_is_not_looked_into(robo
 def test_a_profile_that_is_no_text_is_told():
     with pytest.raises(VrxError, match=r"physics\.profile: expected vrx, vrx3 or marine, got no keys"):
         load_world({"physics": {"profile": {}}})
+
+
+def test_a_document_of_a_format_may_extend_one_of_ours(monkeypatch):
+    own = Section({"extends": "ocean_buoys", "wind": None}, Place(File("marks.csv", None)))
+    expected = document("worlds", "ocean_buoys")[0]["objects"]
+    monkeypatch.setattr("vrx_mj.config.loading.function_of", lambda kind, source: lambda path: (own, "marks"))
+    read, name = document("worlds", "marks.csv")
+    assert (name, read["wind"], read["objects"]) == ("marks", None, expected)
 
 
 def test_formats_of_fleets_are_those_of_their_readers(monkeypatch):
