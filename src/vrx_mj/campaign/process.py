@@ -46,6 +46,8 @@ _START = 120.0
 """Wall time for starting a process [s]."""
 LOOK = 0.25
 """How often trials are looked after [s]."""
+_TOGETHER = 0.1
+"""After a result, those of shorter trials are gathered for this long: to wake up costs more than to take one [s]."""
 FORKS = "forkserver" in multiprocessing.get_all_start_methods()
 """Whether processes can begin with what this one has loaded."""
 _SIGKILL = 9
@@ -134,7 +136,7 @@ class TrialProcess:
         for cell in self._left:
             shutil.rmtree(root / cell.folder, ignore_errors=True)
         self._folder.mkdir(parents=True)
-        self.is_over = False
+        self.is_over = self._gathers = False
         self._begun = time.monotonic()
         context = multiprocessing.get_context("fork" if FORKS else "spawn")
         self._shared = context.Array("d", [self._begun + _START, PREPARATION, 0.0, 0.0], lock=False)
@@ -153,7 +155,10 @@ class TrialProcess:
 
     def wait(self, other: Sequence[Connection]) -> bool:
         """Wait a moment for the trial to end; whether one of these other connections has something instead."""
-        return bool(set(other) & set(wait([self._row, self._process.sentinel, *other], timeout=LOOK)))
+        ends = [self._process.sentinel, *other]
+        came = wait(ends, timeout=_TOGETHER) if self._gathers else []
+        self._gathers = False
+        return bool(set(other) & set(came or wait([self._row, *ends], timeout=LOOK)))
 
     def results(self) -> Sequence[Result]:
         """How those trials ended that have ended since the last call. What takes or prints too much is ended.
@@ -168,7 +173,7 @@ class TrialProcess:
                 found = self._row.recv()
             if found and len(found) < len(self._left):
                 del self._left[: len(found)]
-                self._begun = math.nan
+                self._begun, self._gathers = math.nan, True
                 return found
             self._process.join(_GRACE)
         if self._process.is_alive():
@@ -287,7 +292,7 @@ class ProcessState:
     """What a controller may have changed in a process, as it is now."""
 
     def __init__(self) -> None:
-        self._modules = frozenset(sys.modules)
+        self._modules = tuple(sys.modules)
         self._packages = {name.partition(".")[0] for name in self._modules}
         self._environ, self._folder, self._paths = dict(os.environ), Path.cwd(), sys.path[:]
         self._loggers, self._handlers = frozenset(logging.root.manager.loggerDict), logging.root.handlers[:]
@@ -309,7 +314,10 @@ class ProcessState:
         random.setstate(self._drawn)
         np.random.set_state(self._np_drawn)  # noqa: NPY002
         np.seterr(**self._np_errors)
-        for name in sys.modules.keys() - self._modules:
+        known = len(self._modules)
+        if (now := tuple(sys.modules))[:known] != self._modules:
+            return False
+        for name in now[known:]:
             loader = getattr(getattr(sys.modules[name], "__spec__", None), "loader", None)
             if name.partition(".")[0] in self._packages or not isinstance(loader, SourceFileLoader | NamespaceLoader):
                 return False

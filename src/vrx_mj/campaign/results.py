@@ -9,7 +9,7 @@ import sqlite3
 import time
 from collections.abc import Iterable, Iterator, Mapping, MutableSequence
 from contextlib import AbstractContextManager, contextmanager, suppress
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -83,6 +83,10 @@ class Result:
     def has_failed(self) -> bool:
         """Whether the trial has no result: it failed, or was lost."""
         return self.state in {"failed", "lost"}
+
+    def outline(self) -> "Result":
+        """It without tracks and the events of its task, as `ResultStore.results` has it."""
+        return replace(self, tracks={}, task=self.task and {**self.task, "events": ()})
 
     @property
     def score(self) -> float | None:

@@ -176,7 +176,7 @@ def _carry_out(begun: "Campaign", engine: "Engine", page: "LivePage", rows: froz
             for result in sailed:
                 store.add(result)
                 progress.note_result(result)
-                page.refresh()
+                page.refresh(result)
         except KeyboardInterrupt:
             return True
         finally:
