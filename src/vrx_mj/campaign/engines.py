@@ -86,6 +86,8 @@ class RayCluster:
             import ray
         except ImportError:
             raise VrxError(needs_extra("--ray", "Ray", "ray")) from None
+        with suppress(AttributeError):  # a thread that prints the log of a node that dies; results say what was lost
+            ray._private.worker.listen_error_messages = lambda *_: None
         self._ray, self._root, self._ticket = ray, root.resolve(), secrets.token_hex(8)
         excluded = list(_EXCLUDED_FILES)
         with suppress(ValueError):
