@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from vrx_mj.campaign.process import ProcessState, _exit_text
+from vrx_mj.foreign.asking import READER, start
 
 
 @pytest.fixture
@@ -64,6 +65,16 @@ def test_a_process_in_which_something_is_left_does_not_go_on(alone, monkeypatch,
     else:
         monkeypatch.setitem(sys.modules, left, ModuleType(left))
     assert not before.restore()
+
+
+def test_the_process_from_which_trials_are_forked_has_no_child_of_its_own(monkeypatch):
+    READER.end()
+    monkeypatch.setattr("vrx_mj.mjcf.compile.compile_world", lambda _world: setattr(READER, "_process", start()))
+    monkeypatch.setattr("vrx_mj.runtime.simulation.Simulation", lambda _world: None)
+    monkeypatch.delitem(sys.modules, "vrx_mj.campaign.warm", raising=False)
+    import_module("vrx_mj.campaign.warm")
+    monkeypatch.delitem(sys.modules, "vrx_mj.campaign.warm")
+    assert READER._process is None
 
 
 @pytest.mark.parametrize(
