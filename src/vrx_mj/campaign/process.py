@@ -12,6 +12,7 @@ import logging
 import math
 import multiprocessing
 import os
+import pickle
 import random
 import shutil
 import signal
@@ -46,7 +47,7 @@ _START = 120.0
 """Wall time for starting a process [s]."""
 LOOK = 0.25
 """How often trials are looked after [s]."""
-_TOGETHER = 0.1
+_TOGETHER = 0.2
 """After a result, those of shorter trials are gathered for this long: to wake up costs more than to take one [s]."""
 FORKS = "forkserver" in multiprocessing.get_all_start_methods()
 """Whether processes can begin with what this one has loaded."""
@@ -271,7 +272,7 @@ def _sail_here(
     stopwatch, before = Stopwatch(shared), ProcessState()
     for trial in trials:
         folder = root / trial.cell.folder
-        folder.mkdir(parents=True, exist_ok=trial is trials[0])
+        folder.mkdir(exist_ok=trial is trials[0])
         log_into(folder / LOG)
         with warnings.catch_warnings():  # those of the trial before come again
             for note in notes:
@@ -281,7 +282,7 @@ def _sail_here(
         sys.stderr.flush()
         if trial is not trials[0] and results[0].has_failed:
             break  # another process sees whether it fails there
-        row.send(results)
+        row.send_bytes(pickle.dumps(results))  # of plain data: `send` looks for more
         if together or results[0].has_failed or not before.restore():
             break
     row.close()
