@@ -68,8 +68,8 @@ def test_a_process_in_which_something_is_left_does_not_go_on(alone, monkeypatch,
 
 
 def test_the_process_from_which_trials_are_forked_has_no_child_of_its_own(monkeypatch):
-    READER.end()
-    monkeypatch.setattr("vrx_mj.mjcf.compile.compile_world", lambda _world: setattr(READER, "_process", start()))
+    monkeypatch.setattr(READER, "_process", start())
+    monkeypatch.setattr("vrx_mj.mjcf.compile.compile_world", lambda _world: None)
     monkeypatch.setattr("vrx_mj.runtime.simulation.Simulation", lambda _world: None)
     monkeypatch.delitem(sys.modules, "vrx_mj.campaign.warm", raising=False)
     import_module("vrx_mj.campaign.warm")
