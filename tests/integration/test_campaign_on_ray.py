@@ -90,7 +90,7 @@ class TestOnRay:
         assert read_sketches(folder / "there", ["bay.yaml"]) == read_sketches(folder / "here", ["bay.yaml"])
         assert "steady as she goes" in (folder / "there" / first.folder / LOG).read_text(encoding="utf-8")
 
-    def test_a_killed_worker_and_a_killed_node_lose_no_trial(self, folder, cluster):
+    def test_a_killed_worker_and_a_killed_node_lose_no_trial(self, folder, cluster, capfd):
         trials, ended = trials_of("slow", 12), []
         for result in run_trials(trials, folder / "there", RayCluster(cluster.address, jobs=2)):
             ended.append(result)
@@ -98,17 +98,19 @@ class TestOnRay:
                 cluster.remove_node(cluster.list_all_nodes()[-1], allow_graceful=False)
             if len(ended) == 5:
                 next(one for one in psutil.process_iter() if is_worker(one)).kill()
+        assert "raylet" not in "".join(capfd.readouterr())
         here = run_trials(trials, folder / "here", ProcessPool(2))
         assert sorted(map(lasting, ended), key=lambda one: one.cell) == sorted(
             map(lasting, here), key=lambda one: one.cell
         )
 
-    def test_a_ray_that_ends_on_this_machine_ends_the_campaign(self, folder, cluster):
+    def test_a_ray_that_ends_on_this_machine_ends_the_campaign(self, folder, cluster, capfd):
         sailed = run_trials(trials_of("slow", 12), folder / "there", RayCluster(cluster.address, jobs=2))
         next(sailed)
         cluster.head_node.kill_raylet()
         with pytest.raises(VrxError, match="Ray has ended on this machine: start it again, and the same command"):
             list(sailed)
+        assert "raylet" not in "".join(capfd.readouterr())
 
     def test_a_killed_coordinator_is_resumed(self, folder, cluster):
         words = ("campaign", "crew:slow", "--worlds", "bay.yaml", "--seeds", "0..5", "-o", "there", "--ray")

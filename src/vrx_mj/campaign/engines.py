@@ -31,8 +31,10 @@ _PROBE, _ROOM = ".probe", 65_536
 """A file that is written to see whether there is room, and its size [bytes]."""
 _AHEAD = 16
 """Results that a worker may be ahead of those taken."""
-_CHUNK = 256
-"""Trials that a worker gets at a time, at most."""
+_CHUNK, _SHORT_CHUNK = 64, 1000
+"""Trials that a worker gets at a time, at most, and where the last one was short: to begin costs as much as one."""
+_SHORT = 0.1
+"""Wall time of a short trial [s]."""
 
 
 class ProcessPool:
@@ -84,6 +86,8 @@ class RayCluster:
             import ray
         except ImportError:
             raise VrxError(needs_extra("--ray", "Ray", "ray")) from None
+        with suppress(AttributeError):  # a thread that prints the log of a node that dies; results say what was lost
+            ray._private.worker.listen_error_messages = lambda *_: None
         self._ray, self._root, self._ticket = ray, root.resolve(), secrets.token_hex(8)
         excluded = list(_EXCLUDED_FILES)
         with suppress(ValueError):
@@ -213,7 +217,7 @@ class _Run:
         self._chunks: dict[_Worker, dict[Cell, Trial]] = {}
         """The workers, with the trials that each has not ended yet."""
         self._idle: list[_Worker] = []
-        self._failed_starts = 0
+        self._failed_starts, self._chunk = 0, _CHUNK
 
     def results(self, running: Callable[[int], None]) -> Generator[Result, None, None]:
         self._most = min(self._engine.open(self._root), len(self._waiting))
@@ -234,9 +238,10 @@ class _Run:
             self._engine.close()
 
     def _hand_out(self) -> None:
-        """Give idle workers trials: fewer at a time towards the end, so that all end together."""
+        """Give idle workers trials: fewer at a time towards the end, so that several workers end together."""
+        parts = 1 if self._most == 1 else 2 * self._most
         while self._waiting and self._idle:
-            count = min(_CHUNK, 1 + len(self._waiting) // (4 * self._most))
+            count = min(self._chunk, 1 + len(self._waiting) // parts)
             chunk = [self._waiting.popleft() for _ in range(min(count, len(self._waiting)))]
             worker = self._idle.pop()
             self._chunks[worker] = {trial.cell: trial for trial in chunk}
@@ -261,6 +266,7 @@ class _Run:
         if result is None:
             self._idle.append(worker)
         else:
+            self._chunk = _SHORT_CHUNK if result.wall_time < _SHORT else _CHUNK
             yield from self._settle(chunk.pop(result.cell), result)
 
     def _settle(self, trial: Trial, result: Result) -> Iterator[Result]:

@@ -1,6 +1,7 @@
 """The page of a campaign, with its maps: one static file that needs no network. Layout is in `templates/campaign`."""
 
 import math
+import re
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -10,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from jinja2 import Environment
-from markupsafe import Markup
+from markupsafe import Markup, escape
 from shapely import LinearRing, MultiPoint, Point, Polygon, box
 from shapely.geometry.base import BaseGeometry
 
@@ -394,9 +395,15 @@ def map_svg(world: str, sketch: _Row, results: Sequence[Result], controllers: Se
 def _environment() -> Environment:
     """The templates of the page and of its maps, with what they call."""
     environment = page_environment("campaign")
-    environment.filters |= {"number": _number, "path": path, "metres": "{:.1f}".format, "size": "{:.2f}".format}
+    environment.filters |= {"number": _number, "path": path, "metres": "{:.1f}".format, "size": "{:.2f}".format,
+                            "breakable": _breakable}  # fmt: skip
     environment.globals |= SHAPES
     return environment
+
+
+def _breakable(name: str) -> Markup:
+    """A name that may go on in the next line after each sign."""
+    return Markup(re.sub(r"([/_.:])", r"\1<wbr>", str(escape(name))))
 
 
 def _number(value: float | None, digits: int = 3) -> str:
@@ -409,7 +416,7 @@ PAGE = "index.html"
 
 _REFRESH = 5.0
 """Least time between two writings of the page while trials run [s]."""
-_SHARE = 0.02
+_SHARE = 0.01
 """Share of the time that writing it may take."""
 
 
@@ -419,10 +426,12 @@ class LivePage:
     def __init__(self, campaign: Campaign, earlier: Campaign | None = None) -> None:
         """`earlier`: a campaign to compare with."""
         self._campaign, self._earlier, self._due = campaign, earlier, 0.0
+        self._results = dict(campaign.results)
         self.file = campaign.folder / PAGE
 
-    def refresh(self) -> None:
-        """Write the page if that is due."""
+    def refresh(self, *results: Result) -> None:
+        """Take results that were stored, and write the page if that is due."""
+        self._results |= {each.cell: each.outline() for each in results}
         begun = time.monotonic()
         if begun >= self._due:
             self.write(running=True)
@@ -432,7 +441,7 @@ class LivePage:
     def write(self, *, running: bool = False) -> tuple[Campaign, Comparison | None]:
         """Write the page, and `results.csv` unless trials are running; what it shows."""
         folder, plan = self._campaign.folder, self._campaign.manifest.plan
-        now = replace(self._campaign, results=read_results(folder, plan.cells))
+        now = replace(self._campaign, results=self._results if running else read_results(folder, plan.cells))
         comparison = compare(now, self._earlier) if self._earlier is not None else None
         if not running:
             write_csv(folder / "results.csv", now.results.values())

@@ -12,6 +12,7 @@ import logging
 import math
 import multiprocessing
 import os
+import pickle
 import random
 import shutil
 import signal
@@ -46,6 +47,8 @@ _START = 120.0
 """Wall time for starting a process [s]."""
 LOOK = 0.25
 """How often trials are looked after [s]."""
+_TOGETHER = 0.2
+"""After a result, those of shorter trials are gathered for this long: to wake up costs more than to take one [s]."""
 FORKS = "forkserver" in multiprocessing.get_all_start_methods()
 """Whether processes can begin with what this one has loaded."""
 _SIGKILL = 9
@@ -134,7 +137,7 @@ class TrialProcess:
         for cell in self._left:
             shutil.rmtree(root / cell.folder, ignore_errors=True)
         self._folder.mkdir(parents=True)
-        self.is_over = False
+        self.is_over = self._gathers = False
         self._begun = time.monotonic()
         context = multiprocessing.get_context("fork" if FORKS else "spawn")
         self._shared = context.Array("d", [self._begun + _START, PREPARATION, 0.0, 0.0], lock=False)
@@ -153,7 +156,10 @@ class TrialProcess:
 
     def wait(self, other: Sequence[Connection]) -> bool:
         """Wait a moment for the trial to end; whether one of these other connections has something instead."""
-        return bool(set(other) & set(wait([self._row, self._process.sentinel, *other], timeout=LOOK)))
+        ends = [self._process.sentinel, *other]
+        came = wait(ends, timeout=_TOGETHER) if self._gathers else []
+        self._gathers = False
+        return bool(set(other) & set(came or wait([self._row, *ends], timeout=LOOK)))
 
     def results(self) -> Sequence[Result]:
         """How those trials ended that have ended since the last call. What takes or prints too much is ended.
@@ -168,7 +174,7 @@ class TrialProcess:
                 found = self._row.recv()
             if found and len(found) < len(self._left):
                 del self._left[: len(found)]
-                self._begun = math.nan
+                self._begun, self._gathers = math.nan, True
                 return found
             self._process.join(_GRACE)
         if self._process.is_alive():
@@ -266,7 +272,7 @@ def _sail_here(
     stopwatch, before = Stopwatch(shared), ProcessState()
     for trial in trials:
         folder = root / trial.cell.folder
-        folder.mkdir(parents=True, exist_ok=trial is trials[0])
+        folder.mkdir(exist_ok=trial is trials[0])
         log_into(folder / LOG)
         with warnings.catch_warnings():  # those of the trial before come again
             for note in notes:
@@ -276,7 +282,7 @@ def _sail_here(
         sys.stderr.flush()
         if trial is not trials[0] and results[0].has_failed:
             break  # another process sees whether it fails there
-        row.send(results)
+        row.send_bytes(pickle.dumps(results))  # of plain data: `send` looks for more
         if together or results[0].has_failed or not before.restore():
             break
     row.close()
@@ -287,7 +293,7 @@ class ProcessState:
     """What a controller may have changed in a process, as it is now."""
 
     def __init__(self) -> None:
-        self._modules = frozenset(sys.modules)
+        self._modules = tuple(sys.modules)
         self._packages = {name.partition(".")[0] for name in self._modules}
         self._environ, self._folder, self._paths = dict(os.environ), Path.cwd(), sys.path[:]
         self._loggers, self._handlers = frozenset(logging.root.manager.loggerDict), logging.root.handlers[:]
@@ -309,7 +315,10 @@ class ProcessState:
         random.setstate(self._drawn)
         np.random.set_state(self._np_drawn)  # noqa: NPY002
         np.seterr(**self._np_errors)
-        for name in sys.modules.keys() - self._modules:
+        known = len(self._modules)
+        if (now := tuple(sys.modules))[:known] != self._modules:
+            return False
+        for name in now[known:]:
             loader = getattr(getattr(sys.modules[name], "__spec__", None), "loader", None)
             if name.partition(".")[0] in self._packages or not isinstance(loader, SourceFileLoader | NamespaceLoader):
                 return False

@@ -9,7 +9,7 @@ import sqlite3
 import time
 from collections.abc import Iterable, Iterator, Mapping, MutableSequence
 from contextlib import AbstractContextManager, contextmanager, suppress
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -84,6 +84,10 @@ class Result:
         """Whether the trial has no result: it failed, or was lost."""
         return self.state in {"failed", "lost"}
 
+    def outline(self) -> "Result":
+        """It without tracks and the events of its task, as `ResultStore.results` has it."""
+        return replace(self, tracks={}, task=self.task and {**self.task, "events": ()})
+
     @property
     def score(self) -> float | None:
         """The task's score; None where the trial failed, its task has not started, or the world has no task."""
@@ -135,7 +139,7 @@ class ResultStore(AbstractContextManager["ResultStore"]):
         """
         rows = [tuple(_row(result).values()) for result in results]
         details = [
-            (*asdict(result.cell).values(), json.dumps(result.tracks), json.dumps((result.task or {}).get("events")))
+            (*vars(result.cell).values(), json.dumps(result.tracks), json.dumps((result.task or {}).get("events")))
             for result in results
         ]
         with self._translated(), self._base:
@@ -163,8 +167,9 @@ class ResultStore(AbstractContextManager["ResultStore"]):
         try:
             yield
         except sqlite3.Error as error:
+            reason = error if self._file.is_file() else "it is gone"
             raise RecordError(
-                f"cannot use the results {self._file}: {error}; free the disk or stop what else writes there, and "
+                f"cannot use the results {self._file}: {reason}; free the disk or stop what else writes there, and "
                 "repeat the command, or give --restart"
             ) from None
 
@@ -236,7 +241,7 @@ _OF_TASK: Mapping[str, str] = {
 
 def _row(result: Result) -> dict[str, object]:
     """The columns of a result, in their order."""
-    task, whole = result.task or {}, {**vars(result), **asdict(result.cell)}
+    task, whole = result.task or {}, {**vars(result), **vars(result.cell)}
     own = {column: task.get(key) for column, key in _OF_TASK.items()}
     own |= {"score": result.score, "parameters": json.dumps(result.parameters)}
     return {column: own[column] if column in own else whole[column] for column in _COLUMNS}

@@ -6,6 +6,7 @@ import warnings
 import shapely  # noqa: F401 - of tracks
 
 import vrx_mj.control  # noqa: F401 - of many controllers
+from vrx_mj.foreign.asking import READER
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.simulation import Simulation
 
@@ -13,3 +14,4 @@ with contextlib.suppress(Exception), warnings.catch_warnings():  # the first tri
     warnings.simplefilter("ignore")
     compile_world("sand_island")
     Simulation(compile_world("sydney_regatta"))
+READER.end()  # when it ends by itself, the process here warns of a child that it does not know

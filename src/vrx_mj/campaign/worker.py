@@ -93,10 +93,11 @@ class Worker:
             yield Result(trials[0].cell, "lost", error=text)
             return
         while True:
-            yield from process.results()
+            found = process.results()
+            yield from found
             if process.is_over:
                 return
-            if process.wait([self._owner]):
+            if not found and process.wait([self._owner]):
                 process.withdraw()
                 raise SystemExit
 

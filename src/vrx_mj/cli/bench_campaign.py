@@ -49,7 +49,7 @@ def campaign_times(world: Mapping[str, object], controllers: int = 1, trials: in
         with ResultStore(begun.folder, writes=True) as store, closing(sailed):
             for number, result in enumerate(itertools.islice(sailed, last), start=1):
                 store.add(result)
-                page.refresh()
+                page.refresh(result)
                 if number in (_WARM_UP, last):
                     marks.append(_cpu_time())
                 if number > _WARM_UP:

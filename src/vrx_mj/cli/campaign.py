@@ -177,7 +177,7 @@ def _carry_out(begun: "Campaign", engine: "Engine", page: "LivePage", rows: froz
             for result in sailed:
                 store.add(result)
                 progress.note_result(result)
-                page.refresh()
+                page.refresh(result)
         except KeyboardInterrupt:
             return True
         finally:
@@ -262,15 +262,15 @@ def print_tables(campaign: "Campaign", comparison: "Comparison | None") -> None:
 
 
 def _print_scores(campaign: "Campaign") -> None:
-    from vrx_mj.campaign.scores import mean_of, tasks_of_worlds
+    from vrx_mj.campaign.scores import grouped, mean_of, tasks_of_worlds
 
-    plan, results = campaign.manifest.plan, list(campaign.results.values())
-    tasks = tasks_of_worlds(results)
-    rows = []
+    plan, results = campaign.manifest.plan, campaign.results.values()
+    tasks, rows = tasks_of_worlds(results), []
+    groups = grouped(results, lambda result: (result.cell.world, result.cell.controller))
     for world in plan.worlds:
         task, cells = tasks.get(world), []
         for controller in plan.controllers:
-            own = [each for each in results if each.cell.world == world and each.cell.controller == controller]
+            own = groups.get((world, controller), [])
             cells.append(_mean(mean_of(own), len(own), has_task=task is not None))
         rows.append((world, f"{'↑' if task['better'] == 'higher' else '↓'} {task['unit']}" if task else "", *cells))
     title = "scores: mean ± standard deviation over the seeds; ↓ lower is better, ↑ higher"

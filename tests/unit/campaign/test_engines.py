@@ -20,11 +20,11 @@ TRIALS = [Trial(Cell("crew:steady", "bay.yaml", seed)) for seed in range(40)]
 class Workers:
     """An engine of three workers, whose fate is a function of the trial and of how often it has begun."""
 
-    def __init__(self, fate):
-        self.fate, self.begun, self.started, self.closed = fate, Counter(), 0, 0
+    def __init__(self, fate, count=3):
+        self.fate, self.begun, self.started, self.closed, self.count, self.chunks = fate, Counter(), 0, 0, count, []
 
     def open(self, root):
-        return 3
+        return self.count
 
     def start(self):
         self.started += 1
@@ -43,6 +43,7 @@ class Worker:
 
     def submit(self, chunk):
         assert not self.chunk
+        self.engine.chunks.append(len(chunk))
         self.chunk, self.says_idle = list(chunk), True
 
     def take(self):
@@ -80,6 +81,17 @@ def test_a_trial_that_is_lost_four_times_is_given_up_without_a_score(tmp_path, h
     results = {result.cell.seed: result for result in run_trials(TRIALS, tmp_path, engine)}
     assert (len(results), results[5].state, results[5].score, engine.begun[5]) == (40, "lost", None, 4)
     assert Counter(result.state for result in results.values()) == {"finished": 39, "lost": 1}
+
+
+@pytest.mark.parametrize(
+    ("count", "chunks"), [(1, [64, 1000, 936]), (2, [64, 485, 363, 273, 204, 153, 115, 86, 65, 49, 36, 27])]
+)
+def test_workers_get_many_short_trials_and_fewer_towards_the_end(tmp_path, count, chunks):
+    engine = Workers(lambda *_: "finished", count)
+    trials = [replace(TRIALS[0], cell=replace(TRIALS[0].cell, seed=seed)) for seed in range(2000)]
+    assert len(list(run_trials(trials, tmp_path, engine))) == sum(engine.chunks) == 2000
+    assert engine.chunks[: len(chunks)] == chunks
+    assert engine.chunks[-1] == (936 if count == 1 else 1)
 
 
 def test_a_failed_trial_is_not_run_again(tmp_path):

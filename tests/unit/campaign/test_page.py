@@ -186,7 +186,16 @@ def test_a_large_campaign_makes_a_page_of_bounded_size(tmp_path, worlds, seeds, 
         assert sum(1 for _ in table) == len(results) + 1
 
 
-def test_a_live_page_is_written_again_after_five_seconds_or_fifty_times_what_it_took(monkeypatch, tmp_path):
+def test_on_a_phone_tables_scroll_in_their_boxes_and_names_break(tmp_path):
+    results = [scored("a.b:f", "my_bays/1", seed, float(seed)) for seed in range(2)]
+    campaign = campaign_of(tmp_path, [*results, failed("a.b:f", "my_bays/1", 2, EVIL)])
+    text = page(campaign, {}, compare(campaign, campaign_of(tmp_path, results[:1])))
+    assert text.count("<table") == text.count('<div class="card scroll"><table') >= 5
+    assert "my_<wbr>bays/<wbr>1</td>" in text
+    assert "a.<wbr>b:<wbr>f" in text
+
+
+def test_a_live_page_is_written_again_after_five_seconds_or_a_hundred_times_what_it_took(monkeypatch, tmp_path):
     clock, written, live = [0.0], [], LivePage(campaign_of(tmp_path, RESULTS))
     seconds = iter((0.0625, 1.0, 0.0))
 
@@ -196,9 +205,9 @@ def test_a_live_page_is_written_again_after_five_seconds_or_fifty_times_what_it_
 
     monkeypatch.setattr(live, "write", write)
     monkeypatch.setattr("vrx_mj.campaign.page.time", SimpleNamespace(monotonic=lambda: clock[0]))
-    for clock[0] in (100.0, 105.0, 105.0625, 156.0, 156.0625):
+    for clock[0] in (100.0, 106.0, 106.3125, 207.0, 207.3125):
         live.refresh()
-    assert written == [(100.0, True), (105.0625, True), (156.0625, True)]
+    assert written == [(100.0, True), (106.3125, True), (207.3125, True)]
 
 
 @pytest.mark.parametrize(("better", "ends"), [("higher", (_WORST, _BEST)), ("lower", (_BEST, _WORST))])

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from vrx_mj.campaign.process import ProcessState, _exit_text
+from vrx_mj.foreign.asking import READER, start
 
 
 @pytest.fixture
@@ -52,16 +53,28 @@ def test_a_process_that_goes_on_is_as_it_was(alone, monkeypatch, tmp_path):
     assert len(drawn) == 1
 
 
-@pytest.mark.parametrize("left", ["numpy.mine", "machine", "thread", "child"])
+@pytest.mark.parametrize("left", ["numpy.mine", "machine", "thread", "child", "gap"])
 def test_a_process_in_which_something_is_left_does_not_go_on(alone, monkeypatch, left):
     before = ProcessState()
     if left == "thread":
         monkeypatch.setattr(threading, "active_count", lambda: 2)
     elif left == "child":
         monkeypatch.setattr(os, "waitpid", lambda *_: (0, 0))
+    elif left == "gap":
+        monkeypatch.delitem(sys.modules, "csv")  # comes again as another one
     else:
         monkeypatch.setitem(sys.modules, left, ModuleType(left))
     assert not before.restore()
+
+
+def test_the_process_from_which_trials_are_forked_has_no_child_of_its_own(monkeypatch):
+    monkeypatch.setattr(READER, "_process", start())
+    monkeypatch.setattr("vrx_mj.mjcf.compile.compile_world", lambda _world: None)
+    monkeypatch.setattr("vrx_mj.runtime.simulation.Simulation", lambda _world: None)
+    monkeypatch.delitem(sys.modules, "vrx_mj.campaign.warm", raising=False)
+    import_module("vrx_mj.campaign.warm")
+    monkeypatch.delitem(sys.modules, "vrx_mj.campaign.warm")
+    assert READER._process is None
 
 
 @pytest.mark.parametrize(

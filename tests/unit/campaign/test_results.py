@@ -109,6 +109,11 @@ def test_results_that_cannot_be_read_are_refused(tmp_path, statement, message):
         read_results(tmp_path, [])
 
 
+def test_results_that_are_gone_are_named(tmp_path):
+    with pytest.raises(RecordError, match=r"results\.sqlite: it is gone; free the disk or stop"):
+        ResultStore(tmp_path / "there")
+
+
 def test_the_table_has_a_line_for_each_result(tmp_path):
     write_csv(tmp_path / "results.csv", [replace(GOOD, parameters={"wind.mean": 3.5}), BAD])
     with (tmp_path / "results.csv").open(encoding="utf-8", newline="") as file:
