@@ -21,6 +21,8 @@ from itertools import groupby
 from pathlib import Path
 from time import process_time  # a test may put another clock in the module
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy: workers' own threads wait for each other, busily
+
 import psutil
 import pytest
 from hypothesis import settings

@@ -164,7 +164,7 @@ KINDS: dict[str, tuple[Callable[[Path], None], str]] = {
     "use temporary": (_use_temporary, "accepted"),
 }
 """What each does, and what it is to be found as."""
-LIMITS = Limits(seconds=0.5, memory=peak_memory() + 200e6, wait=8.0)
+LIMITS = Limits(seconds=0.25, memory=peak_memory() + 200e6, wait=4.0)
 
 
 def main() -> None:

@@ -75,18 +75,21 @@ def test_every_robot_with_thrusters_is_tried():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("robot", "profile"),
-    [
-        pytest.param(robot, profile, marks=() if (robot, profile) in BY_DAY else pytest.mark.nightly)
-        for robot in ROBOTS
-        for profile in PROFILES
-    ],
-)
+@pytest.mark.parametrize(("robot", "profile"), sorted(BY_DAY))
 def test_the_captain_brings_a_robot_to_its_goal_and_keeps_it_there(robot, profile):
     found, length = distances(robot, profile, 100.0), boat(robot, profile).hull.length
     assert found[600:].max() < 1.5 * length  # a minute is enough for all
     assert found[-1] < 1.1 * length
+
+
+@pytest.mark.slow
+@pytest.mark.nightly
+def test_it_does_in_the_other_profiles(subtests):
+    for robot in ROBOTS:
+        for profile in PROFILES:
+            if (robot, profile) not in BY_DAY:
+                with subtests.test(robot=robot, profile=profile):
+                    test_the_captain_brings_a_robot_to_its_goal_and_keeps_it_there(robot, profile)
 
 
 def test_a_wam_v_is_steered_by_the_figures_of_the_gains():

@@ -21,7 +21,7 @@ SYMMETRIC = [
 ]  # fmt: skip
 SIDES = {"left": "right", "right": "left"}
 ANGLE = math.radians(37.0)
-pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")]
+pytestmark = pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
 
 
 def flow(key, velocity, **more):
@@ -68,52 +68,64 @@ def path(world, pace, turn=0.0, side=1.0):
     return np.array(found)
 
 
-@pytest.mark.parametrize("robot", ROBOTS)
-def test_a_stream_that_carries_water_and_air_carries_the_path(robot):
-    still = path(world_of(robot, (0.0, 0.0), WIND), (1.0, 0.0))
-    carried = path(world_of(robot, STREAM, WIND + STREAM), STREAM + np.array([1.0, 0.0]))
+@pytest.mark.slow
+def test_a_stream_that_carries_water_and_air_carries_the_path(subtests):
     times = np.arange(1, 21)[:, None]
-    assert np.abs(carried - STREAM * times - still).max() < 1e-9
-    assert np.ptp(still, axis=0).max() > 0.5
+    for robot in ROBOTS:
+        with subtests.test(robot=robot):
+            still = path(world_of(robot, (0.0, 0.0), WIND), (1.0, 0.0))
+            carried = path(world_of(robot, STREAM, WIND + STREAM), STREAM + np.array([1.0, 0.0]))
+            assert np.abs(carried - STREAM * times - still).max() < 1e-9
+            assert np.ptp(still, axis=0).max() > 0.5
 
 
-@pytest.mark.parametrize("robot", ROBOTS)
-def test_a_turned_world_has_the_turned_path(robot):
-    one = path(world_of(robot, STREAM, WIND), (1.0, 0.0))
-    other = path(world_of(robot, STREAM, WIND, ANGLE), (1.0, 0.0), ANGLE)
-    assert np.abs(turned(one, ANGLE) - other).max() < 1e-9
+def test_a_turned_world_has_the_turned_path(subtests):
+    for robot in ROBOTS:
+        with subtests.test(robot=robot):
+            one = path(world_of(robot, STREAM, WIND), (1.0, 0.0))
+            other = path(world_of(robot, STREAM, WIND, ANGLE), (1.0, 0.0), ANGLE)
+            assert np.abs(turned(one, ANGLE) - other).max() < 1e-9
 
 
-@pytest.mark.parametrize("waves", [False, True])
-@pytest.mark.parametrize("robot", SYMMETRIC)
-def test_a_mirrored_world_has_the_mirrored_path(robot, waves):
+@pytest.mark.parametrize("waves", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_a_mirrored_world_has_the_mirrored_path(waves, subtests):
     """In waves all that a hull without or with a `hydro` file has of them: motions of 20 s make more of rounding."""
-    one, other = (
-        path(world_of(robot, STREAM, WIND, side=side, **(crossing(side) if waves else {})), (1.0, 0.0), side=side)
-        for side in (1.0, -1.0)
-    )
-    assert np.abs(turned(one, 0.0, -1.0) - other).max() < (1e-8 if waves else 1e-9)
+    for robot in SYMMETRIC:
+        with subtests.test(robot=robot):
+            one, other = (
+                path(
+                    world_of(robot, STREAM, WIND, side=side, **(crossing(side) if waves else {})), (1.0, 0.0), side=side
+                )
+                for side in (1.0, -1.0)
+            )
+            assert np.abs(turned(one, 0.0, -1.0) - other).max() < (1e-8 if waves else 1e-9)
 
 
-@pytest.mark.parametrize("robot", ROBOTS)
-def test_engines_and_rudders_feel_waves_and_stream_as_one_flow(robot):
+@pytest.mark.slow
+def test_engines_and_rudders_feel_waves_and_stream_as_one_flow(subtests):
     """Waves travel over ground as in still water: with k . U added, their frequency at the shifted boat is the same."""
-    sea = {"model": "jonswap", "significant_height": 0.3, "peak_period": 3.0, "spreading": 5}
-    still, carried = (world_of(robot, stream, WIND, sea=sea) for stream in ((0.0, 0.0), STREAM))
-    known = carried.parameters.sea
-    waves = [
-        replace(
-            wave,
-            frequency=wave.frequency + wave.wavenumber * float(np.dot(wave.direction, STREAM)),
-            orbital=known.gravity * wave.wavenumber * wave.amplitude / wave.frequency,
-        )
-        for wave in known.waves
-    ]
-    parameters = replace(carried.parameters, sea=replace(known, waves=tuple(waves)))
-    sims = [Simulation(still), Simulation(replace(carried, parameters=parameters))]
-    for shift, sim in zip((np.zeros(2), STREAM), sims, strict=True):
-        sim.step(commands(sim), duration=5.0)
-        x, y = np.array([1.0, 2.0]) + (sim.time + sim.timestep) * shift  # at the end of the step whose forces are seen
-        sim.set_boat("a", pose=(x, y, 0.0, 0.0, 0.0, 0.0), velocity=(1.5 + shift[0], shift[1], 0.0, 0.0, 0.0, 0.0))
-    one, other = (sim.forces("a")["thrust"] for sim in sims)
-    assert other == pytest.approx(one, rel=1e-9, abs=1e-9 * np.abs(one).max())
+    for robot in ROBOTS:
+        with subtests.test(robot=robot):
+            sea = {"model": "jonswap", "significant_height": 0.3, "peak_period": 3.0, "spreading": 5}
+            still, carried = (world_of(robot, stream, WIND, sea=sea) for stream in ((0.0, 0.0), STREAM))
+            known = carried.parameters.sea
+            waves = [
+                replace(
+                    wave,
+                    frequency=wave.frequency + wave.wavenumber * float(np.dot(wave.direction, STREAM)),
+                    orbital=known.gravity * wave.wavenumber * wave.amplitude / wave.frequency,
+                )
+                for wave in known.waves
+            ]
+            parameters = replace(carried.parameters, sea=replace(known, waves=tuple(waves)))
+            sims = [Simulation(still), Simulation(replace(carried, parameters=parameters))]
+            for shift, sim in zip((np.zeros(2), STREAM), sims, strict=True):
+                sim.step(commands(sim), duration=5.0)
+                x, y = (
+                    np.array([1.0, 2.0]) + (sim.time + sim.timestep) * shift
+                )  # at the end of the step whose forces are seen
+                sim.set_boat(
+                    "a", pose=(x, y, 0.0, 0.0, 0.0, 0.0), velocity=(1.5 + shift[0], shift[1], 0.0, 0.0, 0.0, 0.0)
+                )
+            one, other = (sim.forces("a")["thrust"] for sim in sims)
+            assert other == pytest.approx(one, rel=1e-9, abs=1e-9 * np.abs(one).max())

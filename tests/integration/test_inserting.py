@@ -283,7 +283,6 @@ def test_what_cannot_be_done_is_refused_in_words_and_changes_nothing(course, cal
         ("wildlife_task", "crocodile_buoy", "wildlife"),
     ],
 )
-@pytest.mark.slow
 def test_what_a_task_needs_cannot_be_removed(world, name, task):
     sim = vrx_mj.Simulation(vrx_mj.compile_world(world))
     name = next((item for item in names_of(sim) if item.partition("/")[0].startswith(name[:9])), name).partition("/")[0]

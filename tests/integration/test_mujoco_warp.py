@@ -9,10 +9,11 @@ from vrx_mj.config.search import catalogue
 
 pytestmark = [pytest.mark.slow, needs(WARP)]
 WORLDS = list(catalogue("worlds"))
-BY_DAY, *BY_NIGHT = (WORLDS[first::16] for first in range(16))
+BY_DAY = WORLDS[::16]
+BY_NIGHT = [name for name in WORLDS if name not in BY_DAY]
 
 
-@pytest.mark.parametrize("names", [BY_DAY, *(pytest.param(names, marks=pytest.mark.nightly) for names in BY_NIGHT)])
+@pytest.mark.parametrize("names", [BY_DAY, pytest.param(BY_NIGHT, marks=pytest.mark.nightly)], ids=["day", "night"])
 def test_it_takes_the_models(names, tmp_path):
     mujoco_warp = pytest.importorskip("mujoco_warp")
 

@@ -106,23 +106,25 @@ def test_twist2thrust_in_a_namespace_offers_the_ball_shooter_there(served, packa
         until(lambda: "/wamv/ball_shooter" in services(), "the service", 30.0)
 
 
-@pytest.mark.parametrize(
-    ("topic", "option"),
-    [
-        ("/pose", []),
-        ("/imu", ["_input_msg_type:=Imu"]),
-        ("/odometry", ["_input_msg_type:=Odometry"]),
-        ("/poses", ["_pose_index:=1"]),
-        ("/gazebo/model_states", ["_model_name:=wamv"]),
-    ],
-)
-def test_quat2rpy_gives_the_angles_of_a_quaternion(served, packages, tmp_path, topic, option):
+QUATERNIONS = {
+    "/pose": [],
+    "/imu": ["_input_msg_type:=Imu"],
+    "/odometry": ["_input_msg_type:=Odometry"],
+    "/poses": ["_pose_index:=1"],
+    "/gazebo/model_states": ["_model_name:=wamv"],
+}
+"""Options of `quat2rpy.py` for each topic."""
+
+
+def test_quat2rpy_gives_the_angles_of_a_quaternion(packages, tmp_path, subtests):
     write_packages(tmp_path / "messages")
-    words = [f"in_topic:={topic}", "out_topic:=/rpy", *option]
-    command = ["/usr/bin/env", f"PYTHONPATH={tmp_path}/messages/python", *node(packages, "quat2rpy.py", *words)]
-    with running(command, served.port, tmp_path):
-        rpy = served.heard("/rpy")
-    assert (rpy.x, rpy.y, rpy.z) == pytest.approx(ANGLES)
+    for topic, option in QUATERNIONS.items():
+        words = [f"in_topic:={topic}", "out_topic:=/rpy", *option]
+        command = ["/usr/bin/env", f"PYTHONPATH={tmp_path}/messages/python", *node(packages, "quat2rpy.py", *words)]
+        with subtests.test(topic), Telling(free_port(), table()) as served:
+            with running(command, served.port, tmp_path):
+                rpy = served.heard("/rpy")
+            assert (rpy.x, rpy.y, rpy.z) == pytest.approx(ANGLES)
 
 
 def test_quat2rpy_names_the_types_that_it_takes(served, packages, tmp_path):

@@ -121,11 +121,8 @@ BOWS = {"wamv": 2.55, "otter": 1.05, "skiff": 1.3}
 """x of what touches a wall ahead first, less some cm [m]."""
 
 
-STEPS = [0.01, *(pytest.param(step, marks=pytest.mark.nightly) for step in (0.005, 0.001))]
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("timestep", STEPS)
+@pytest.mark.parametrize("timestep", [0.01])
 @pytest.mark.parametrize("robot", BOWS)
 def test_boats_of_marine_meet_a_wall_as_a_mass_on_a_spring_and_a_damper(tmp_path, monkeypatch, robot, timestep):
     """With zeta = 0.5 the largest deceleration is the first, w v with w = 2.418 / 0.3 s: 1.64 g at 2 m/s.
@@ -156,3 +153,12 @@ def test_boats_of_marine_meet_a_wall_as_a_mass_on_a_spring_and_a_damper(tmp_path
     assert 0.85 < share < 1.15
     assert first * timestep == pytest.approx(0.3, abs=0.03)
     assert max(forces) < 1.8 * 9.81 * mass
+
+
+@pytest.mark.slow
+@pytest.mark.nightly
+@pytest.mark.parametrize("timestep", [0.005, 0.001])
+def test_so_do_they_with_shorter_steps(tmp_path, monkeypatch, subtests, timestep):
+    for robot in BOWS:
+        with subtests.test(robot):
+            test_boats_of_marine_meet_a_wall_as_a_mass_on_a_spring_and_a_damper(tmp_path, monkeypatch, robot, timestep)

@@ -350,7 +350,7 @@ def contained_file(text: str, folder: Path | None) -> Path:
     missing = f"no file '{shorten(text)}'{'' if Path(text).is_absolute() else f' in {display(base)}'}"
     try:
         file = (base / text).resolve()
-        if folder and not is_inside(file, base, *allowed_folders()):
+        if folder and not (file.is_relative_to(base) or is_inside(file, *allowed_folders())):
             raise leaves_folder(text)
         if not file.is_file():
             raise VrxError(missing)

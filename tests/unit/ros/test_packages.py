@@ -160,15 +160,14 @@ def test_files_of_others_are_never_overwritten(tmp_path):
     assert theirs.read_text(encoding="utf-8") == "string mine\n"
 
 
-@pytest.mark.parametrize("text", ["[]", "{", '{"share/../../x": ""}', '{"/etc/passwd": ""}'])
-def test_a_list_that_is_not_ours_is_told(tmp_path, text):
-    (tmp_path / packages.MESSAGE_LIST).write_text(text, encoding="utf-8")
-    with pytest.raises(VrxError) as caught:
-        write_packages(tmp_path)
-    assert (
-        str(caught.value)
-        == f"{tmp_path / packages.MESSAGE_LIST} was not written by this command: choose another folder"
-    )
+def test_a_list_that_is_not_ours_is_told(tmp_path, subtests):
+    own = tmp_path / packages.MESSAGE_LIST
+    for text in ("[]", "{", '{"share/../../x": ""}', '{"/etc/passwd": ""}'):
+        with subtests.test(text):
+            own.write_text(text, encoding="utf-8")
+            with pytest.raises(VrxError) as caught:
+                write_packages(tmp_path)
+            assert str(caught.value) == f"{own} was not written by this command: choose another folder"
 
 
 def test_packages_that_the_interpreter_has_are_left_out(tmp_path, monkeypatch):

@@ -81,29 +81,33 @@ def kernel(omega):
 @QUIET
 @pytest.mark.slow
 @pytest.mark.parametrize("diffraction", [True, False])
-@pytest.mark.parametrize("period", [2.6, 3.4, 5.0])
-def test_heave_in_regular_waves_is_that_of_the_equation_in_frequency(tmp_path, period, diffraction):
+def test_heave_in_regular_waves_is_that_of_the_equation_in_frequency(tmp_path, diffraction, subtests):
     """(C - w2 (m + A) + i w (K + D)) z = FK + F_D + i w D z_w; without F_D, (-w2 A + i w K) z_w takes its place.
 
     z_w is the water's heave at the depth of the centre of buoyancy, in the mean over the waterplane. With waves of
     e^(i (k x - w t)) i w is -i w, K its conjugate.
     """
-    height, omega = 0.02, 2.0 * math.pi / period
-    sim = Simulation(bay(barge(tmp_path, diffraction), sea={"model": "regular", "height": height, "period": period}))
-    times, along, found = heave(sim, 16.0 * period)
-    late = slice(-round(4.0 * period / 0.05), None)
-    k = omega**2 / G
-    z = 2.0 * np.mean((found * np.exp(1j * (omega * times - k * along)))[late]) / (0.5 * height)  # it drifts a little
-    mean = math.sin(2.0 * k) / (2.0 * k)
-    krylov = RHO * G * 8.0 * math.exp(-0.5 * k) * mean
-    inert = -(omega**2) * INFINITE[2, 2] - 1j * omega * kernel(omega).conjugate()
-    drag = -1j * omega * DRAG
-    moved = FORCE if diffraction else inert * math.exp(-0.25 * k) * mean
-    pushed = krylov + moved + drag * math.exp(-0.25 * k) * mean
-    expected = pushed / (RHO * G * 8.0 - omega**2 * MASS + inert + drag)
-    ahead = np.exp(-1j * omega * sim.timestep)  # forces are of the time at which a step ends, the pose of its start
-    # half a step's lag of the memory, and the box of waves is met within (k a)^5 / 1057: 0.2 % with 2.6 s
-    assert z == pytest.approx(expected * ahead, abs=0.01 * abs(expected))
+    for period in (2.6, 3.4, 5.0):
+        with subtests.test(period=period):
+            height, omega = 0.02, 2.0 * math.pi / period
+            sea = {"model": "regular", "height": height, "period": period}
+            sim = Simulation(bay(barge(tmp_path, diffraction), sea=sea))
+            times, along, found = heave(sim, 16.0 * period)
+            late = slice(-round(4.0 * period / 0.05), None)
+            k = omega**2 / G
+            moving = np.exp(1j * (omega * times - k * along))  # it drifts a little
+            z = 2.0 * np.mean((found * moving)[late]) / (0.5 * height)
+            mean = math.sin(2.0 * k) / (2.0 * k)
+            krylov = RHO * G * 8.0 * math.exp(-0.5 * k) * mean
+            inert = -(omega**2) * INFINITE[2, 2] - 1j * omega * kernel(omega).conjugate()
+            drag = -1j * omega * DRAG
+            moved = FORCE if diffraction else inert * math.exp(-0.25 * k) * mean
+            pushed = krylov + moved + drag * math.exp(-0.25 * k) * mean
+            expected = pushed / (RHO * G * 8.0 - omega**2 * MASS + inert + drag)
+            # forces are of the time at which a step ends, the pose of its start
+            ahead = np.exp(-1j * omega * sim.timestep)
+            # half a step's lag of the memory, and the box of waves is met within (k a)^5 / 1057: 0.2 % with 2.6 s
+            assert z == pytest.approx(expected * ahead, abs=0.01 * abs(expected))
 
 
 @QUIET
