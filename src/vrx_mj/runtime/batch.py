@@ -89,7 +89,7 @@ class Batch:
             seed: seed of the rows, as in `reset`.
             threads: number of threads; by default OMP_NUM_THREADS, SLURM_CPUS_PER_TASK or the number of cores.
             engine: what integrates. `mujoco`; or `free`, for worlds in which all that moves are single free bodies:
-                their own step, which is MuJoCo's to rounding (1e-12 m after 10 s), 1.4 to 3 times as fast, with
+                their own step, which is MuJoCo's to rounding (1e-12 m after 10 s), about 2 to 4 times as fast, with
                 2.5 kB a row instead of 490. From when a row comes within reach of anything MuJoCo steps it, until the
                 next look finds it clear.
 
