@@ -56,8 +56,8 @@ _COUNTRY, _OF_COUNTRY = 338_000_000, 1_000_000
 """MMSIs of the United States."""
 _KIND_OF_SHIP = 90
 """Other type of ship, no further information."""
-_FASTEST, _FASTEST_TURN = 102.2, 708.0
-"""What a report can hold [knots, degrees per minute]."""
+_MAX_SPEED, _MAX_TURN = 102.2, 708.0
+"""Largest speed and rate of turn that a report holds [knots, degrees per minute]."""
 
 
 class Sentence(NamedTuple):
@@ -303,7 +303,7 @@ class Transponder:
             "lat": latitude,
             "lon": longitude,
             "accuracy": True,
-            "speed": min(knots(seen.speed), _FASTEST),
+            "speed": min(knots(seen.speed), _MAX_SPEED),
             "course": tenths(compass(seen.course + earth.x_from_east)),
             "heading": round(heading) % 360,
             "second": (START + timedelta(seconds=time)).second,
@@ -311,7 +311,7 @@ class Transponder:
         if self.ais_class == "B":
             return messages.MessageType18.create(**report, dsc=True, band=True, msg22=True)
         port = math.degrees(float(rotation_matrix(seen.quaternion)[2] @ seen.angular_velocity)) * 60.0
-        turn = max(-_FASTEST_TURN, min(_FASTEST_TURN, -port))
+        turn = max(-_MAX_TURN, min(_MAX_TURN, -port))
         return messages.MessageType1.create(**report, status=messages.NavigationStatus.UnderWayUsingEngine, turn=turn)
 
     def _static(self) -> list[messages.Payload]:

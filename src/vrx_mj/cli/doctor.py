@@ -48,8 +48,8 @@ _MASTER, _MASTER_PORT, _ROSBRIDGE_PORT = "http://localhost:11311", 11311, 9090
 _LOOPBACK = "127.0.0.1"
 _MASTER_TIMEOUT = 3.0
 """Wall time that a master may take to answer [s]."""
-_SHOWN = 8
-"""Names of boats that are shown, at most."""
+_SHOWN_BOATS = 8
+"""Number of boats that are named."""
 _HALF = 0.25
 """Half the edge of a square in the middle of a boat that must not be on land [m]."""
 _WORLD, _OVERLAPS, _FRAMES, _LAND, _COMMANDS = "world", "overlaps", "sensor frames", "boats on land", "command topics"
@@ -366,7 +366,7 @@ def world_rows(world: str, fleet: str | None) -> "tuple[list[Row], Simulation | 
             sim = Simulation(compile_world(world, fleet=fleet))
     except VrxError as error:
         return [Row(_WORLD, "does not compile", "no", str(error))], None
-    boats = f"{len(sim.boats)} {'boat' if len(sim.boats) == 1 else 'boats'}: {first_names(sim.boats, _SHOWN)}"
+    boats = f"{len(sim.boats)} {'boat' if len(sim.boats) == 1 else 'boats'}: {first_names(sim.boats, _SHOWN_BOATS)}"
     rows = [Row(_WORLD, f"{sim.world.name}, {boats}")]
     rows += [Row("warning", str(each.message)) for each in caught]
     rows += _problems(_LAND, _on_land(sim), "none")

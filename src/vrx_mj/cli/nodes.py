@@ -28,7 +28,8 @@ Words = list[str]
 """Words of a command line of `vrx-mj`."""
 _GZSERVER = {"-s", "--server-plugin", "--record_path", "--record_period", "--seed", "-e", "--physics", "--iters"}
 """Options of gzserver with a value, which `vrx-mj serve` has no use for."""
-_ENDS = (signal.SIGINT, signal.SIGTERM)
+_STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+"""Signals that stop a program."""
 _SOURCES = ("file", "param", "stdin", "database")
 _PATIENCE = 300.0
 """Wall time that a world may take until it is served [s]: the first on a machine compiles its kernels."""
@@ -314,8 +315,8 @@ def _spawn_request(given: Mapping[str, str], model: str, text: str) -> "Message"
 
 def await_end() -> None:
     """Wait for Ctrl-C or SIGTERM."""
-    signal.pthread_sigmask(signal.SIG_BLOCK, _ENDS)
-    signal.sigwait(_ENDS)
+    signal.pthread_sigmask(signal.SIG_BLOCK, _STOP_SIGNALS)
+    signal.sigwait(_STOP_SIGNALS)
 
 
 def _wait_for(client: "Client", gazebo: str, model: str) -> None:

@@ -61,14 +61,14 @@ _Ignored = Annotated[
 ]
 
 
-LARGEST = 1e9
-"""Bound of numbers."""
+MAX_NUMBER = 1e9
+"""Largest magnitude of a number."""
 DEFAULT_PORT = "9090"
 """Port of rosbridge."""
 _DEFAULT_WEB_PORT = "8090"
 """Port of teleop's page."""
-_ENDS = (".launch", ".launch.py", ".world", ".xacro", ".sdf", ".yaml", ".yml")
-"""How the files of a folder end that a command line may name."""
+_FILE_ENDINGS = (".launch", ".launch.py", ".world", ".xacro", ".sdf", ".yaml", ".yml")
+"""Endings of the files of a folder that a command line may name."""
 _LEFT_OUT = {
     "--rosbridge": (DEFAULT_PORT, r"\d+"),
     "--web": (_DEFAULT_WEB_PORT, r"\d+"),
@@ -83,7 +83,7 @@ _LEFT_OUT_BY_CAMPAIGN = {"--ray": ("", r"auto|local|[^-]\S*:\d+")}
 _T = TypeVar("_T")
 
 
-def above_zero(most: float = LARGEST) -> Callable[[typer.CallbackParam, float | None], float | None]:
+def above_zero(most: float = MAX_NUMBER) -> Callable[[typer.CallbackParam, float | None], float | None]:
     """A check that an option's number, if given, is above 0 and at most `most`. CommandError: it is not."""
 
     def check(param: typer.CallbackParam, value: float | None) -> float | None:
@@ -170,7 +170,7 @@ def compile_source(
     from vrx_mj.mjcf.compile import compile_world
 
     first, *rest = words or ("",)
-    if ":=" not in first and first.lower().endswith(_ENDS):
+    if ":=" not in first and first.lower().endswith(_FILE_ENDINGS):
         from vrx_mj.formats.gazebo.opening import file_in
 
         world, words = file_in(world, first), rest

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vrx_mj.bar import Bar
-from vrx_mj.cli.options import LARGEST, Scale, above_zero, named_values, reads_files
+from vrx_mj.cli.options import MAX_NUMBER, Scale, above_zero, named_values, reads_files
 from vrx_mj.cli.screen import print_table
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, quote
 from vrx_mj.outputs import atomic_write, write_file, writing
@@ -277,7 +277,7 @@ def coordinates(text: str) -> tuple[float, float, float]:
         x, y, z = (float(word) for word in text.split(","))
     except ValueError:
         raise CommandError(f"invalid --center {quote(text)}: x,y,z [m] are needed, as 0,0,0.15") from None
-    if not all(abs(value) < LARGEST for value in (x, y, z)):
+    if not all(abs(value) < MAX_NUMBER for value in (x, y, z)):
         raise CommandError(f"invalid --center {quote(text)}: numbers are needed")
     return x, y, z
 

@@ -53,10 +53,10 @@ _ComplexMatrix = tuple[_ComplexRow, _ComplexRow, _ComplexRow, _ComplexRow, _Comp
 
 _DriftRow = tuple[_Complex, _Complex, _Complex, _Complex, _Complex, _Complex, _Complex]
 _SERIES = "wageningen_b4_70"
-_STEP = 2
+_SERIES_STEP = 2
 """Step between the rows of a series [degrees]: a sixth of its fastest harmonic's period."""
-_WIDEST = 30.0
-"""Widest step between the rows of a four-quadrant table [degrees]."""
+_MAX_STEP = 30.0
+"""Largest step between the rows of a four-quadrant table [degrees]."""
 
 
 class Hydro(BaseModel):
@@ -247,7 +247,7 @@ def _of_series(value: object) -> object:
     if value != _SERIES:
         return value
     series = json.loads((Path(__file__).parent / "propellers.json").read_bytes())[_SERIES]["harmonics"]
-    angles = np.arange(-180, 181, _STEP)
+    angles = np.arange(-180, 181, _SERIES_STEP)
     turns = np.outer(np.radians(angles % 360), np.arange(len(series)))  # the same at -180 and 180
     a, b, c, d = np.array(series).T
     thrust, torque = (np.cos(turns) @ real + np.sin(turns) @ imaginary for real, imaginary in ((a, b), (c, d)))
@@ -302,8 +302,8 @@ class PropellerConfig(Config):
             yield from found
             return
         for index, (before, angle) in enumerate(itertools.pairwise(angles), 1):
-            if angle - before > _WIDEST:
-                text = f"rows at most {_WIDEST:g} degrees apart are needed, got {before:g} and {angle:g}"
+            if angle - before > _MAX_STEP:
+                text = f"rows at most {_MAX_STEP:g} degrees apart are needed, got {before:g} and {angle:g}"
                 yield ("four_quadrant", index), text
         for column, name in enumerate(("C_T*", "C_Q*"), 1) if angles else ():
             values = [row[column] for row in self.four_quadrant]

@@ -33,8 +33,8 @@ _Controller = Annotated[str, demand(_FUNCTION.fullmatch, "expected module:functi
 _Engines = Literal["fixed", "hinged"]
 _OUTWARD = math.radians(5.0)
 """How near a heading is to outward that was meant so [rad]."""
-_FAR = 300.0
-"""Distance [m] from everything in a world beyond which a fleet is probably misplaced."""
+_FAR_AWAY = 300.0
+"""Distance from everything in a world beyond which a fleet is probably misplaced [m]."""
 
 
 @dataclass(frozen=True)
@@ -425,10 +425,10 @@ def far_from_all(fleet: FleetConfig, boats: Sequence[tuple[BoatConfig, Slot]], w
         return ""
     places = [("the spawn pose", world.spawn.pose), *((f"'{thing.name}'", thing.pose) for thing in world.placements)]
     distance, nearest = min((math.dist(boat.pose[:2], pose[:2]), name) for boat, _ in boats for name, pose in places)
-    if distance <= _FAR:
+    if distance <= _FAR_AWAY:
         return ""
     text = f"fleet {fleet.name} is {distance:.0f} m from {nearest}, the nearest thing in world {world.name}"
-    return f"{text}; more than {_FAR:.0f} m"
+    return f"{text}; more than {_FAR_AWAY:.0f} m"
 
 
 def _warn_of_bearings(fleet: FleetConfig) -> None:

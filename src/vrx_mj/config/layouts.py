@@ -30,7 +30,7 @@ _WEDGE = math.pi / 4
 DENSITY = 0.25
 """Boats of a random layout per square of their spacing; darts thrown at random find room up to about 0.7."""
 _TRIES = 1000
-"""Places that are tried for a boat before the square is full."""
+"""Number of places tried for a boat before the square counts as full."""
 
 
 class Layout(Config):

@@ -29,8 +29,8 @@ SIGNALS: dict[str, str] = {
 """Signals of a boat, and their units."""
 MOST_BYTES, MOST_ROWS = 20_000_000, 200_000
 """Bytes and rows of a file of measurements, at most."""
-_LARGEST, _LATEST = 1e9, 36_000.0
-"""Bounds of its numbers, and of its times [s]."""
+_MAX_NUMBER, _MAX_TIME = 1e9, 36_000.0
+"""Largest magnitude of the numbers, and latest time [s]."""
 
 
 class CommandsConfig(Config):
@@ -122,8 +122,8 @@ def read_measurements(path: Path, wanted: tuple[str, ...]) -> Measurements:
     if not 2 <= len(values) <= MOST_ROWS:
         raise VrxError(f"{name}: 2 to {MOST_ROWS:,} rows are needed, got {'more' if values[2:] else len(values)}")
     times, *signals = zip(*values, strict=True)
-    if not (times[0] >= 0.0 and times[-1] <= _LATEST):
-        raise VrxError(f"{name}: times from 0 to {_LATEST:g} s are needed, got {times[0]:g} to {times[-1]:g}")
+    if not (times[0] >= 0.0 and times[-1] <= _MAX_TIME):
+        raise VrxError(f"{name}: times from 0 to {_MAX_TIME:g} s are needed, got {times[0]:g} to {times[-1]:g}")
     return Measurements(times, dict(zip(wanted, signals, strict=True)))
 
 
@@ -155,6 +155,6 @@ def _value(place: str, column: str, word: str) -> float:
     if not word.strip() and column != "time":
         return math.nan
     with contextlib.suppress(ValueError):
-        if abs(value := float(word)) < _LARGEST:
+        if abs(value := float(word)) < _MAX_NUMBER:
             return value
     raise VrxError(f"{place}: {column} needs a number, got {literal(word.strip())}")

@@ -54,8 +54,8 @@ _MOST_LEVELS = 8
 """Objects inside objects, nested."""
 MOST_OBJECTS = 10_000
 """Single objects in a world or an object."""
-_MOST = 1000
-"""Objects of a kind in a field."""
+_MAX_COUNT = 1000
+"""Largest number of objects of a kind in a field."""
 
 
 def _parallel(one: tuple[float, float, float], other: tuple[float, float, float]) -> bool:
@@ -437,7 +437,7 @@ class FieldKind(InFolder):
 
     model: Annotated[str, loads(_must_be_single)]
     """A name from `objects`, or the path of a YAML file relative to this one."""
-    count: Annotated[int, Field(ge=1, le=_MOST)]
+    count: Annotated[int, Field(ge=1, le=_MAX_COUNT)]
     """Number of these objects."""
     name: Name | None = None
     """Prefix of their names, followed by a number; by default the name of the model."""

@@ -29,7 +29,7 @@ _SUBFOLDERS = re.compile("config|description|launch|meshes|models?|robots?|sdf|u
 SOURCES = "src"
 """Name of the folder of a workspace in which its packages are."""
 DEEPEST = 4
-"""Folders below an entry of ROS_PACKAGE_PATH in which packages are looked for."""
+"""Largest depth below an entry of ROS_PACKAGE_PATH at which packages are found."""
 _MOST_FOLDERS = 5000
 """Folders that are looked into for packages."""
 _NAME = re.compile(r"<name>\s*([\w.-]{1,200})\s*</name>")

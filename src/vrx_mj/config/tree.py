@@ -18,10 +18,12 @@ PYDANTIC: Mapping[str, str] = _TABLES["pydantic"]
 """Messages of pydantic's errors by type; `got` is the value, other names in braces are of the error's context."""
 PYYAML: Mapping[str, str] = _TABLES["pyyaml"]
 """Messages of PyYAML's errors, by how they begin in its words."""
-_LONGEST = 60
+_MAX_SHOWN = 60
+"""Largest number of characters of a value that a message quotes."""
 ALLOWED = "a letter, then letters, digits and '_'"
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 _SHOWN = 8
+"""Number of keys that a message names."""
 _APPENDED = ("objects", "docks")
 """Lists that a world adds to those of its base; any other list replaces the base's."""
 _REPLACED = ("task",)
@@ -30,8 +32,8 @@ _OF_ROBOT = ("arguments", "thrusters", "components", "sensors")
 """Keys that depend on `robot`: a file with another one takes none of them from its base."""
 _USUAL_ROBOT = "wamv"
 """Robot of a file that names none."""
-DEEPEST = 40
-"""Levels of nesting that a file or a dict may have."""
+MAX_DEPTH = 40
+"""Largest depth of nesting in a file or a dict."""
 
 
 def fault(message: str, **where: object) -> PydanticCustomError:
@@ -50,9 +52,9 @@ def literal(value: object) -> str:
     if isinstance(value, str):
         return f"'{_short(value)}'"
     if isinstance(value, list | tuple):
-        return _short(f"[{', '.join(map(literal, value[:_LONGEST]))}]")
-    huge = isinstance(value, int) and abs(value) >= 10**_LONGEST
-    return f"a number of more than {_LONGEST} digits" if huge else in_python(value).removesuffix(".0")
+        return _short(f"[{', '.join(map(literal, value[:_MAX_SHOWN]))}]")
+    huge = isinstance(value, int) and abs(value) >= 10**_MAX_SHOWN
+    return f"a number of more than {_MAX_SHOWN} digits" if huge else in_python(value).removesuffix(".0")
 
 
 def choice(value: object, allowed: Sequence[str]) -> str:
@@ -78,7 +80,7 @@ def unknown_key(key: str, known: Iterable[str]) -> str:
 
 
 def _short(text: str) -> str:
-    return shorten(text, _LONGEST)
+    return shorten(text, _MAX_SHOWN)
 
 
 def is_ros_name(name: str) -> bool:
@@ -176,7 +178,7 @@ class Items(tuple[Any, ...]):  # noqa: SLOT001 - a tuple of any length has no sl
         return sum(place.file == self.places[index].file for place in self.places[:index])
 
 
-def of_python(value: object, file: File, levels: int = DEEPEST) -> Any:
+def of_python(value: object, file: File, levels: int = MAX_DEPTH) -> Any:
     """A plain value (dicts, lists, NumPy scalars and arrays among them) as sections and items.
 
     Raises:

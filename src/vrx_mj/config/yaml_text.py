@@ -20,7 +20,7 @@ from yaml.composer import Composer
 from yaml.nodes import MappingNode, Node, ScalarNode
 
 from vrx_mj.config.search import ReadingError, display, read_limited
-from vrx_mj.config.tree import DEEPEST, PYYAML, Entry, File, Items, Loc, Place, Section, key_path, literal
+from vrx_mj.config.tree import MAX_DEPTH, PYYAML, Entry, File, Items, Loc, Place, Section, key_path, literal
 from vrx_mj.errors import ConfigError, Problem
 
 _PLAIN = {
@@ -205,8 +205,8 @@ class _Composer(Composer):
             problem = f"more than {MAX_NODES} keys and values"
         elif tag is not None:
             problem = f"{tag.replace('tag:yaml.org,2002:', '!!', 1)}: tags are not allowed"
-        elif self.depth > DEEPEST:
-            problem = f"nested deeper than {DEEPEST} levels"
+        elif self.depth > MAX_DEPTH:
+            problem = f"nested deeper than {MAX_DEPTH} levels"
         if problem:
             raise yaml.MarkedYAMLError(problem=problem, problem_mark=event.start_mark)
         self.depth += 1
@@ -265,9 +265,9 @@ class _Builder:
 
     def value(self, node: Node, path: Loc) -> object:
         self.count += 1
-        many, deep = self.count > _MAX_VALUES, len(path) > DEEPEST
+        many, deep = self.count > _MAX_VALUES, len(path) > MAX_DEPTH
         if many or deep:
-            limit = f"more than {_MAX_VALUES} values" if many else f"nested deeper than {DEEPEST} levels"
+            limit = f"more than {_MAX_VALUES} values" if many else f"nested deeper than {MAX_DEPTH} levels"
             self.problem(node, path[:deep], f"{limit}, including aliases")
             raise ConfigError(self.problems)
         if isinstance(node, ScalarNode):

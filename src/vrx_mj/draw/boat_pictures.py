@@ -23,13 +23,14 @@ from vrx_mj.packages import root
 _SIZE = (1600, 1000)
 """Width and height [px]."""
 DPI = 100
-GOOD, BAD = "#2a8f3c", "#c8242b"
+GOOD_COLOR, BAD_COLOR = "#2a8f3c", "#c8242b"
+"""Colours of parts in their places, and of others."""
 _BOX = {"components": "#2f6db5", "thrusters": "#8a5a00"}
 _SOFT = "#5b6b76"
 _COLUMNS, _ROWS = 95, 40
 """Letters in a line of the list, and its lines at most."""
-_FEW = 20
-"""Parts up to this number all have theirs beside them; of more, those that fit."""
+_FEW_PARTS = 20
+"""Up to this number all parts have their names beside them; of more parts, those that fit."""
 BOAT = (np.array([-3.0, -1.7, -0.85]), np.array([2.8, 1.7, 2.45]))
 """What is always shown: the WAM-V with its engines, and its boxes [m]."""
 REACH = 3.0
@@ -213,15 +214,15 @@ def _parts(axes: Axes, view: View, bounds: tuple[FloatArray, FloatArray], parts:
         x, y = np.clip(part.point, *bounds)[[view.right, view.up]]
         if part.legal is not None:
             there = np.array(part.legal.point)[[view.right, view.up]]
-            axes.plot([x, there[0]], [y, there[1]], color=BAD, linewidth=1.2, linestyle=(0, (3, 2)), zorder=4)
-            axes.plot(*there, marker="o", markersize=7, markerfacecolor="none", markeredgecolor=BAD, zorder=4)
+            axes.plot([x, there[0]], [y, there[1]], color=BAD_COLOR, linewidth=1.2, linestyle=(0, (3, 2)), zorder=4)
+            axes.plot(*there, marker="o", markersize=7, markerfacecolor="none", markeredgecolor=BAD_COLOR, zorder=4)
         inside = part.box is not None
-        marker, size, color = ("o", 6, GOOD) if inside else ("X", 8, BAD)
+        marker, size, color = ("o", 6, GOOD_COLOR) if inside else ("X", 8, BAD_COLOR)
         axes.plot(x, y, marker=marker, markersize=size, color=color, mec="white", mew=0.6, zorder=5)
         cell = (round(x / (5.0 * pixel)), round(y / (5.0 * pixel)))
         groups.setdefault(cell, []).append(str(number))
         spots.setdefault(cell, (float(x), float(y)))
-    few = len(parts) <= _FEW
+    few = len(parts) <= _FEW_PARTS
     things = [Thing(",".join(names), *spots[cell], 5.0 * pixel, must=few) for cell, names in groups.items()]
     label(axes, things, pixel)
 
@@ -243,9 +244,9 @@ def _list(axes: Axes, verdict: Verdict) -> None:
 def _lines(verdict: Verdict) -> Iterator[tuple[str, str]]:
     for number, part in enumerate(verdict.parts, start=1):
         where = f", in {_short(part.box)}" if part.box else "" if part.point else ", needs no box"
-        yield f"{number}  {part.name}  ({part.instance.type}{where})", GOOD if part.compliant else BAD
+        yield f"{number}  {part.name}  ({part.instance.type}{where})", GOOD_COLOR if part.compliant else BAD_COLOR
         for breach in part.breaches:
-            yield from ((f"      {line}", BAD) for line in textwrap.wrap(breach.message, _COLUMNS))
+            yield from ((f"      {line}", BAD_COLOR) for line in textwrap.wrap(breach.message, _COLUMNS))
     if not verdict.parts:
         yield "no parts", INK
     yield "", INK

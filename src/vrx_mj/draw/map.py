@@ -29,8 +29,8 @@ _SVG = {"svg.fonttype": "none", "svg.hashsalt": "vrx_mj"}
 _HALO = "[id^=halo] text{paint-order: stroke; stroke: #fff; stroke-opacity: 0.8; stroke-width: 2.4}"
 """Style of the names in an SVG, whose white edges would else be paths."""
 _DPI = 100
-_LARGEST = 16384
-"""Width and height of a map, at most [px]."""
+_MAX_SIDE = 16384
+"""Largest width and height of a map [px]."""
 _AXIS = 75
 """Width of the y axis's numbers and name, on a small map [px]."""
 _WIND_COLOR, _WAVE_COLOR, _FRAME_COLOR = "#c2571a", "#1b6f94", "#d1495b"
@@ -80,7 +80,7 @@ def _pixels(size: object) -> tuple[int, int]:
     """Width and height of a picture."""
     if not isinstance(size, Sequence) or len(size) != 2:
         raise CommandError(f"invalid size {quote(size)}: width and height are needed")
-    width, height = (as_int("size", value, 1, _LARGEST) for value in size)
+    width, height = (as_int("size", value, 1, _MAX_SIDE) for value in size)
     return width, height
 
 

@@ -55,8 +55,8 @@ _REMEMBERED = 64 << 20
 PACKAGES = ("numpy", "pycollada", "pyyaml", "rerun_sdk", "scipy", "trimesh", "xacro", "yourdfpy")
 """Packages whose versions an answer depends on."""
 _T = TypeVar("_T")
-LARGEST = 256 << 20
-"""Bytes that are kept; the oldest go first."""
+MAX_KEPT = 256 << 20
+"""Largest size of the answers that are kept [bytes]; the oldest are removed first."""
 _DIGEST = 32
 """Bytes of the digest in front of a file."""
 
@@ -460,7 +460,7 @@ def _trim(folder: Path) -> None:
         found = sorted((entry.stat().st_mtime_ns, entry.stat().st_size, entry.path) for entry in entries)
     total = sum(size for _, size, _ in found)
     for _, size, path in found:
-        if total <= LARGEST:
+        if total <= MAX_KEPT:
             return
         total -= size
         with contextlib.suppress(OSError):

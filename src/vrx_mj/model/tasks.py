@@ -8,8 +8,8 @@ from pydantic import Field
 
 from vrx_mj.model.kinds import Angle, Latitude, Longitude, NonNegative, Pose, Positive, Real, Text, Vec3, late, record
 
-_MOST = 100_000
-"""Most things of a kind in a task."""
+_MAX_COUNT = 100_000
+"""Largest number of things of a kind in a task."""
 _Size = tuple[NonNegative, NonNegative, NonNegative]
 _Kind = TypeVar("_Kind")
 THING = "object or dock"
@@ -42,7 +42,7 @@ class TaskBase:
     """Whether it is held throughout."""
     fixed: Mapping[Text, Pose] = field(metadata=late(1))
     """Poses of what never moves, by name [m, rad]."""
-    rivals: Annotated[tuple[Text, ...], Field(max_length=_MOST)] = field(metadata=late(3))
+    rivals: Annotated[tuple[Text, ...], Field(max_length=_MAX_COUNT)] = field(metadata=late(3))
     """Names of all that the boat may touch, in the order of the MJCF's contact sensors."""
 
 
@@ -92,7 +92,7 @@ class Gate:
 class Channel:
     """The gates of a gymkhana."""
 
-    gates: Annotated[tuple[Gate, ...], Field(max_length=_MOST)]
+    gates: Annotated[tuple[Gate, ...], Field(max_length=_MAX_COUNT)]
     """The gates, in their order."""
     obstacle_penalty: NonNegative
     """Penalty of a collision."""
@@ -190,7 +190,7 @@ class Wayfinding(TaskBase):
     """Pass near poses."""
 
     type: Literal["wayfinding"]
-    waypoints: Annotated[tuple[Goal, ...], Field(min_length=1, max_length=_MOST)]
+    waypoints: Annotated[tuple[Goal, ...], Field(min_length=1, max_length=_MAX_COUNT)]
     """The poses."""
 
 
@@ -199,7 +199,7 @@ class Perception(TaskBase):
     """Report objects that show up."""
 
     type: Literal["perception"]
-    objects: Annotated[tuple[Shown, ...], Field(max_length=_MOST)]
+    objects: Annotated[tuple[Shown, ...], Field(max_length=_MAX_COUNT)]
     """The objects."""
     loop_forever: bool
     """Whether they show up again."""
@@ -210,7 +210,7 @@ class Navigation(TaskBase):
     """Pass gates without a collision."""
 
     type: Literal["navigation_course"]
-    gates: Annotated[tuple[Gate, ...], Field(max_length=_MOST)]
+    gates: Annotated[tuple[Gate, ...], Field(max_length=_MAX_COUNT)]
     """The gates, in their order."""
     obstacle_penalty: NonNegative
     """Penalty of a collision [s]."""
@@ -221,7 +221,7 @@ class FollowPath(TaskBase):
     """Pass gates for points."""
 
     type: Literal["follow_path"]
-    gates: Annotated[tuple[Gate, ...], Field(max_length=_MOST)]
+    gates: Annotated[tuple[Gate, ...], Field(max_length=_MAX_COUNT)]
     """The gates, in their order."""
     points_per_gate_crossed: NonNegative
     """Points of a gate."""
@@ -240,11 +240,11 @@ class Dock(TaskBase):
     """Name that the file gives the dock."""
     anchor: Text = field(metadata=_name_of(THING))
     """Name of the dock."""
-    bays: Annotated[tuple[Bay, ...], Field(min_length=1, max_length=_MOST)]
+    bays: Annotated[tuple[Bay, ...], Field(min_length=1, max_length=_MAX_COUNT)]
     """The bays."""
-    holes: Annotated[tuple[Hole, ...], Field(max_length=_MOST)]
+    holes: Annotated[tuple[Hole, ...], Field(max_length=_MAX_COUNT)]
     """The holes that count."""
-    balls: Annotated[tuple[Text, ...], Field(max_length=_MOST)] = field(metadata={**late(2), **_name_of(THING)})
+    balls: Annotated[tuple[Text, ...], Field(max_length=_MAX_COUNT)] = field(metadata={**late(2), **_name_of(THING)})
     """Names of the boat's balls."""
     light_buoy: Text | None = field(metadata=_name_of("light"))
     """Name of the light buoy."""
@@ -267,7 +267,7 @@ class Wildlife(TaskBase):
     """Circle some animals and avoid others."""
 
     type: Literal["wildlife"]
-    animals: Annotated[tuple[Animal, ...], Field(min_length=1, max_length=_MOST)]
+    animals: Annotated[tuple[Animal, ...], Field(min_length=1, max_length=_MAX_COUNT)]
     """The animals."""
     engagement_distance: Positive
     """Distance at which an animal is engaged [m]."""

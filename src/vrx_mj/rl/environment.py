@@ -36,16 +36,16 @@ SUNK = 2.0
 """A boat is sunk when it is so much deeper under the surface at its place than where it floats at rest [m]."""
 CAPSIZED = np.radians(90.0)
 """A boat has capsized when its mast leans by more than this from the vertical [rad]."""
-_AWAY, _BESIDE = 1e4, 200.0
-"""Absent boats float so far north-east of all, and so far from each other [m]; waves and wind move them."""
+_ABSENT_DISTANCE, _ABSENT_SPACING = 1e4, 200.0
+"""Distance of absent boats north-east of all others, and from each other [m]; waves and wind move them."""
 FREE = 8.0
 """A boat joins at a place that no other is nearer to [m]."""
 _TRIES = 20
-"""Places that are tried in a step; a boat that finds none waits for the next."""
+"""Number of places tried in a step; a boat that finds none waits for the next."""
 _NEVER = 1 << 62
 """Step in which a boat leaves that does not."""
 BOUND = 5.0
-"""Observations are clipped to this either way, in their units."""
+"""Observations are clipped to this magnitude, in their units."""
 LEAST_LEFT = 100
 """Steps, at least, that a lost boat is taken to have left: 10 s."""
 _SPACING = 12.0
@@ -142,7 +142,7 @@ class Roster:
 
     def _park(self, boat: int, rows: IntArray) -> None:
         """Put a boat of some rows out of sight."""
-        place = _AWAY + _BESIDE * boat, _AWAY, 0.0, 0.0
+        place = _ABSENT_DISTANCE + _ABSENT_SPACING * boat, _ABSENT_DISTANCE, 0.0, 0.0
         self._launch(boat, rows, np.array([place] * len(rows)))
 
     def _draw(self, row: int, random: np.random.Generator, joining: float, leaving: float) -> None:

@@ -20,29 +20,29 @@ PERIOD = 0.1
 """Duration of an action [s]: 10 physics steps."""
 _ROUNDING = 1e-6
 """An action so near to a bound is the bound: wrappers compute actions, and round them."""
-_LONGEST = 1e9
+_MAX_DURATION = 1e9
 """Longest duration of an episode [s]."""
 _ENDLESS = 1 << 60
 """Steps of an episode that is not truncated."""
-_MOST = 1_000_000
-"""Greatest number of rows."""
-_LARGEST = 8192
-"""Greatest width and height of a picture [pixels]."""
+_MAX_ROWS = 1_000_000
+"""Largest number of rows."""
+_MAX_SIDE = 8192
+"""Largest width and height of a picture [pixels]."""
 _MOST_NEIGHBOURS = 10_000
 """Greatest number of neighbours that are observed."""
 _LONGEST_DELAY = 3600.0
 """Longest delay of what boats observe of each other [s]."""
-_GREATEST = 1e6
-"""Greatest value of anything that is varied, in its unit."""
-_PERIODS = (0.8, 1.4)
-"""Factor of the waves' periods by default: from 4 to 7 s where the world has 5."""
-_BAND = (0.5, 1.2)
-"""Factor of the width of the waves' band by default."""
-_SPREAD = (0.0, 1.5)
-"""Factor of the spread of the waves' directions by default."""
+_MAX_VALUE = 1e6
+"""Largest magnitude of anything that is varied, in its unit."""
+_PERIOD_FACTORS = (0.8, 1.4)
+"""Default range of the factor of the waves' periods: from 4 to 7 s where the world has 5."""
+_BAND_FACTORS = (0.5, 1.2)
+"""Default range of the factor of the width of the waves' band."""
+_SPREADS = (0.0, 1.5)
+"""Default range of the factor of the spread of the waves' directions."""
 _FULL_TURN = (-np.pi, np.pi)
 """Any direction or phase [rad]."""
-_LEAST = {"wave_direction": -_GREATEST, "wave_phase": -_GREATEST, "mass": 1e-3, "wave_period": 1e-3}
+_MIN_VALUES = {"wave_direction": -_MAX_VALUE, "wave_phase": -_MAX_VALUE, "mass": 1e-3, "wave_period": 1e-3}
 """Least values of what is varied where they are not 0."""
 
 
@@ -54,8 +54,8 @@ def episode_steps(duration: object) -> int:
     """Steps of an episode; gymnasium.error.Error: its duration [s] is invalid."""
     if not is_number(duration) or duration < PERIOD:
         raise gymnasium.error.Error(f"invalid duration {quote(duration)}: a number of {PERIOD:g} s or more is needed")
-    if duration > _LONGEST:
-        raise gymnasium.error.Error(f"invalid duration {quote(duration)}: at most {_LONGEST:g} s")
+    if duration > _MAX_DURATION:
+        raise gymnasium.error.Error(f"invalid duration {quote(duration)}: at most {_MAX_DURATION:g} s")
     return round(float(duration) / PERIOD)
 
 
@@ -87,8 +87,8 @@ def check_count(name: str, value: object) -> None:
     """gymnasium.error.Error: the option of that name is not a whole number from 1 to a million."""
     if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 1:
         raise gymnasium.error.Error(f"invalid {name} {quote(value)}: a whole number above 0 is needed")
-    if value > _MOST:
-        raise gymnasium.error.Error(f"invalid {name} {quote(value)}: at most {_MOST} are possible")
+    if value > _MAX_ROWS:
+        raise gymnasium.error.Error(f"invalid {name} {quote(value)}: at most {_MAX_ROWS} are possible")
 
 
 def check_picture(mode: object, modes: Sequence[str], width: object, height: object) -> None:
@@ -97,8 +97,8 @@ def check_picture(mode: object, modes: Sequence[str], width: object, height: obj
         possible = ", ".join(["None", *map(repr, modes[:-1])])
         raise gymnasium.error.Error(f"invalid render_mode {quote(mode)}: {possible} or {modes[-1]!r} is needed")
     for name, size in (("width", width), ("height", height)):
-        if not isinstance(size, int | np.integer) or isinstance(size, bool) or not 1 <= size <= _LARGEST:
-            text = f"a whole number of pixels from 1 to {_LARGEST} is needed"
+        if not isinstance(size, int | np.integer) or isinstance(size, bool) or not 1 <= size <= _MAX_SIDE:
+            text = f"a whole number of pixels from 1 to {_MAX_SIDE} is needed"
             raise gymnasium.error.Error(f"invalid {name} {quote(size)}: {text}")
 
 
@@ -197,8 +197,8 @@ Range = float | Sequence[float] | None
 """A number, or the least and the greatest of which one is drawn evenly; None: as the world has it."""
 
 VARIED: Mapping[str, Range] = {
-    "wind_speed": None, "gusts": None, "waves": None, "wave_period": _PERIODS, "wave_band": _BAND,
-    "wave_direction": _FULL_TURN, "wave_spread": _SPREAD, "wave_phase": _FULL_TURN, "mass": None, "thrust": None,
+    "wind_speed": None, "gusts": None, "waves": None, "wave_period": _PERIOD_FACTORS, "wave_band": _BAND_FACTORS,
+    "wave_direction": _FULL_TURN, "wave_spread": _SPREADS, "wave_phase": _FULL_TURN, "mass": None, "thrust": None,
 }  # fmt: skip
 """What can be varied, and its range by default."""
 
@@ -303,9 +303,9 @@ def _range(name: str, value: object) -> tuple[float, float]:
     if isinstance(value, np.ndarray):
         value = value.tolist()
     pair = tuple(value) if isinstance(value, Sequence) else (value, value)
-    least = _LEAST.get(name, 0.0)
-    if len(pair) != 2 or not all(map(is_number, pair)) or not least <= pair[0] <= pair[1] <= _GREATEST:
-        number = "a number" if least == -_GREATEST else f"a number of {least:g} or more"
+    least = _MIN_VALUES.get(name, 0.0)
+    if len(pair) != 2 or not all(map(is_number, pair)) or not least <= pair[0] <= pair[1] <= _MAX_VALUE:
+        number = "a number" if least == -_MAX_VALUE else f"a number of {least:g} or more"
         raise gymnasium.error.Error(f"invalid {name} {quote(value)}: {number}, or a pair (low, high), is needed")
     return float(pair[0]), float(pair[1])
 

@@ -17,19 +17,19 @@ from vrx_mj.runtime.simulation import Simulation
 
 _FULL_HELM = math.radians(35.0)
 """Angle of rudders and turning engines at full helm [rad], unless they turn less."""
-_AHEAD = 0.7
-"""Cosine of the angle to the bow up to which an engine drives the boat."""
-_STEP = 0.02
+_AHEAD_COSINE = 0.7
+"""Least cosine of the angle between its thrust and the bow of an engine that drives the boat."""
+_SAMPLE_TIME = 0.02
 """Time between two states of a track [s]."""
-_SETTLED = 1e-3
-"""Relative change of a speed over `_WATCH` at which it counts as steady."""
-_WATCH = 5.0
+_STEADY_CHANGE = 1e-3
+"""Relative change of a speed over `_STEADY_TIME` below which it counts as steady."""
+_STEADY_TIME = 5.0
 """Time over which a speed has to stay the same [s]."""
 _STRAIGHT = math.radians(0.5)
 """Rate of turn up to which an approach counts as straight [rad/s]."""
-_LONGEST = 600.0
+_MAX_TIME = 600.0
 """Longest time of a part of a trial [s]."""
-_FULL = 3.0 * math.pi
+_CIRCLE_ANGLE = 3.0 * math.pi
 """Change of heading of a turning circle [rad]."""
 _STEPS = 8
 """Helm settings of a spiral between midships and full helm."""
@@ -38,9 +38,9 @@ MODES = {"heave": 0.1, "roll": math.radians(10.0), "pitch": math.radians(5.0)}
 _UNITS = {"heave": "m", "roll": "rad", "pitch": "rad"}
 _DECAY_STEP = 0.02
 """Time between two states [s]."""
-_REST = 30.0
-"""Time in which it comes to rest before, and longest time of the decay [s]."""
-_SMALLEST = 0.02
+_REST_TIME = 30.0
+"""Time to come to rest before the decay, and longest time of the decay [s]."""
+_MIN_EXTREME = 0.02
 """Extremes below this share of the first are left out."""
 
 
@@ -95,7 +95,7 @@ class SimulatedVessel:
         self._sim, self._boat = sim, boat
         seen = sim.observe()[boat]
         thrusters = seen.thrusters.values()
-        self._engines = [engine for engine in thrusters if engine.direction[0] > _AHEAD]
+        self._engines = [engine for engine in thrusters if engine.direction[0] > _AHEAD_COSINE]
         rudders = seen.hull.rudders.values() if seen.hull else ()
         self._rudders = {f"{rudder.name}_angle": min(rudder.max_angle, _FULL_HELM) for rudder in rudders}
         if not self._rudders:
@@ -227,12 +227,12 @@ def crossing(x: FloatArray, y: FloatArray, level: float) -> float:
 
 
 def sail_until(
-    vessel: Vessel, power: float, helm: float, done: Callable[[list[VesselState]], bool], most: float = _LONGEST
+    vessel: Vessel, power: float, helm: float, done: Callable[[list[VesselState]], bool], most: float = _MAX_TIME
 ) -> list[VesselState]:
-    """States every `_STEP` from now until a condition on them holds, or a time [s] is over."""
+    """States every `_SAMPLE_TIME` from now until a condition on them holds, or a time [s] is over."""
     states = [vessel.state]
-    while not done(states) and len(states) < most / _STEP:
-        vessel.advance(power, helm, _STEP)
+    while not done(states) and len(states) < most / _SAMPLE_TIME:
+        vessel.advance(power, helm, _SAMPLE_TIME)
         states.append(vessel.state)
     return states
 
@@ -241,11 +241,11 @@ def _is_steady(value: Callable[[VesselState], float], least: float) -> Callable[
     """Whether a value has not changed for a while; changes below `least` count as none."""
 
     def steady(states: list[VesselState]) -> bool:
-        count = round(_WATCH / _STEP)
+        count = round(_STEADY_TIME / _SAMPLE_TIME)
         if len(states) <= 2 * count:
             return False
         recent = [value(state) for state in states[-count::10]]
-        return max(recent) - min(recent) <= max(_SETTLED * abs(recent[-1]), least)
+        return max(recent) - min(recent) <= max(_STEADY_CHANGE * abs(recent[-1]), least)
 
     return steady
 
@@ -257,7 +257,7 @@ def approach(vessel: Vessel, power: float) -> list[VesselState]:
 
 def approach_remarks(states: list[VesselState]) -> tuple[str, ...]:
     """What is wrong with the end of an approach: the vessel turns with its helm midships."""
-    rate = float(np.mean([state.yaw_rate for state in states[-round(_WATCH / _STEP) :]]))
+    rate = float(np.mean([state.yaw_rate for state in states[-round(_STEADY_TIME / _SAMPLE_TIME) :]]))
     if abs(rate) <= _STRAIGHT:
         return ()
     turns = f"turns to {'port' if rate > 0.0 else 'starboard'} at {math.degrees(abs(rate)):.3g} deg/s"
@@ -275,11 +275,11 @@ def turning(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
         helm: -1 to 1, positive to port.
     """
     begun, side, turned = approach(vessel, power), math.copysign(1.0, helm), _Turned()
-    states = sail_until(vessel, power, helm, lambda seen: side * turned.by(seen[-1]) >= _FULL)
+    states = sail_until(vessel, power, helm, lambda seen: side * turned.by(seen[-1]) >= _CIRCLE_ANGLE)
     track, remarks = track_of(states, [helm] * len(states)), approach_remarks(begun)
     speed, heading, across = begun[-1].surge, side * track.heading, side * track.y
     last = track.heading * side >= heading[-1] - 2.0 * math.pi
-    straight, steady = math.nan if remarks else 1.0, 1.0 if side * turned.angle >= _FULL else math.nan
+    straight, steady = math.nan if remarks else 1.0, 1.0 if side * turned.angle >= _CIRCLE_ANGLE else math.nan
     if math.isnan(steady):
         remarks += (f"no steady turn: {math.degrees(heading[-1]):.3g} degrees with the helm in {track.time[-1]:.4g} s",)
     rate = steady * float(np.mean(side * track.yaw_rate[last]))
@@ -335,8 +335,8 @@ def zigzag(vessel: Vessel, *, power: float = 1.0, helm: float = 0.5, angle: floa
     turns: list[int] = []
     side, turned = 1.0, _Turned()
     turned.by(states[0])
-    while len(turns) < 4 and len(states) < _LONGEST / _STEP:
-        vessel.advance(power, side * helm, _STEP)
+    while len(turns) < 4 and len(states) < _MAX_TIME / _SAMPLE_TIME:
+        vessel.advance(power, side * helm, _SAMPLE_TIME)
         states.append(vessel.state)
         helms.append(side * helm)
         turned.by(states[-1])
@@ -386,7 +386,7 @@ def pull_out(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
         before = steady[-1].yaw_rate
         states = sail_until(vessel, power, 0.0, lambda _: False, 60.0)
         track = track_of(states, [0.0] * len(states))
-        residual = float(np.mean(track.yaw_rate[-round(_WATCH / _STEP) :]))
+        residual = float(np.mean(track.yaw_rate[-round(_STEADY_TIME / _SAMPLE_TIME) :]))
         figures[f"rate_{name}"] = Figure(math.degrees(before), "deg/s", f"rate of the turn to {name}")
         figures[f"residual_{name}"] = Figure(math.degrees(residual), "deg/s", "rate that is left 60 s after it")
         curves[f"after a turn to {name}"] = (track.time, np.degrees(track.yaw_rate))
@@ -475,11 +475,11 @@ def decay(vessel: Vessel, *, mode: str = "roll", amount: float | None = None) ->
     """
     if mode not in MODES:
         raise CommandError(f"invalid mode '{mode}': heave, roll or pitch is needed")
-    vessel.advance(0.0, 0.0, _REST)
+    vessel.advance(0.0, 0.0, _REST_TIME)
     still = _value(vessel.state, mode)
     vessel.displace(mode, MODES[mode] if amount is None else amount)
     states = [vessel.state]
-    for _ in range(round(_REST / _DECAY_STEP)):
+    for _ in range(round(_REST_TIME / _DECAY_STEP)):
         vessel.advance(0.0, 0.0, _DECAY_STEP)
         states.append(vessel.state)
     time: FloatArray = np.arange(len(states), dtype=np.float64) * _DECAY_STEP
@@ -497,7 +497,7 @@ def _value(state: VesselState, mode: str) -> float:
 def decay_figures(time: FloatArray, values: FloatArray, unit: str) -> dict[str, Figure]:
     """Period and damping of a decay about 0; not numbers where there are less than three extremes."""
     moments, sizes = _extremes(time, values)
-    kept = sizes >= _SMALLEST * sizes[0]
+    kept = sizes >= _MIN_EXTREME * sizes[0]
     count = int(np.argmin(kept)) if not kept.all() else len(kept)
     moments, sizes = moments[:count], sizes[:count]
     period = alpha = beta = math.nan

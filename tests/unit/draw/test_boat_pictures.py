@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vrx_mj.draw import boat_pictures
-from vrx_mj.draw.boat_pictures import _HULL, BAD, GOOD, draw_verdict
+from vrx_mj.draw.boat_pictures import _HULL, BAD_COLOR, GOOD_COLOR, draw_verdict
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.parts.compliance import judge
 from vrx_mj.formats.parts.read import load_parts
@@ -36,10 +36,10 @@ def dots(axes, color):
 
 def test_dots_are_where_the_parts_are(verdict):
     top, side, front, _ = boat_pictures._figure(verdict).axes
-    assert dots(top, GOOD) == {(0.75, 0.25), (-0.85, 0.0), (-2.374, 1.027)}
-    assert dots(side, GOOD) == {(0.75, 1.5), (-0.85, 1.3), (-2.374, 0.318)}
-    assert dots(front, GOOD) == {(0.25, 1.5), (0.0, 1.3), (1.027, 0.318)}
-    assert (-0.3, 0.0) in dots(top, BAD)
+    assert dots(top, GOOD_COLOR) == {(0.75, 0.25), (-0.85, 0.0), (-2.374, 1.027)}
+    assert dots(side, GOOD_COLOR) == {(0.75, 1.5), (-0.85, 1.3), (-2.374, 0.318)}
+    assert dots(front, GOOD_COLOR) == {(0.25, 1.5), (0.0, 1.3), (1.027, 0.318)}
+    assert (-0.3, 0.0) in dots(top, BAD_COLOR)
 
 
 def test_a_line_leads_to_the_nearest_legal_place(verdict):
@@ -52,7 +52,7 @@ def test_a_part_that_is_far_away_is_drawn_at_the_edge(verdict):
     top = boat_pictures._figure(verdict).axes[0]
     right = top.get_xlim()[1]
     assert right == pytest.approx(boat_pictures.BOAT[1][0] + boat_pictures.REACH)
-    assert max(x for x, _ in dots(top, BAD)) == pytest.approx(right)
+    assert max(x for x, _ in dots(top, BAD_COLOR)) == pytest.approx(right)
 
 
 def test_an_engine_is_drawn_where_a_thruster_is_mounted_and_nowhere_else(verdict):

@@ -438,7 +438,7 @@ def test_a_full_disk_keeps_nothing(inside, monkeypatch, tmp_path):
 
 
 def test_the_oldest_answers_go(inside, monkeypatch, tmp_path):
-    monkeypatch.setattr(asking, "LARGEST", 2000)
+    monkeypatch.setattr(asking, "MAX_KEPT", 2000)
     for number in range(20):
         asking._trimmed.clear()
         (inside / f"{number}.txt").write_text("x" * 300, encoding="utf-8")

@@ -47,14 +47,14 @@ from vrx_mj.formats.urdf.expand import LEFT_OUT, Files, declared_names, evaluate
 from vrx_mj.formats.urdf.xml_document import file_error
 from vrx_mj.frames import compose
 
-_LONGEST = 20_000
-"""Characters of a text."""
-_MOST = 4_000_000
-"""Characters of all texts of the launch files that one includes."""
+_MAX_TEXT = 20_000
+"""Longest text [characters]."""
+_MAX_TEXTS = 4_000_000
+"""Largest size of all launch files that one includes [characters]."""
 _SUBSTITUTION = re.compile(r"\$\(([^)]*)\)")
 _ONE_WORD = ("find", "arg", "anon", "env")
-_DEEPEST = 20
-"""Launch files that may include each other."""
+_MAX_DEPTH = 20
+"""Largest depth of launch files that include each other."""
 _FILE = 100
 """Weight of reading a file, counted as notes and elements."""
 _OWN_ARGUMENTS = {"namespace", "locked"}
@@ -69,7 +69,7 @@ class Substitutions:
 
     def __init__(self, files: Files) -> None:
         self.files = files
-        self.left = _MOST
+        self.left = _MAX_TEXTS
 
     def substitute(self, text: str, arguments: Mapping[str, str], folder: Path) -> str:
         """A text with each `$(...)` in it replaced, in a file in a folder. Raises VrxError."""
@@ -82,11 +82,11 @@ class Substitutions:
             if "$(" in text.rpartition(")")[2]:
                 raise VrxError("'$(' is never closed")
             found = _SUBSTITUTION.sub(lambda match: self._resolve(match[1], arguments, folder), text)
-        if len(found) > _LONGEST:
-            raise VrxError(f"text too long: at most {_LONGEST} characters")
+        if len(found) > _MAX_TEXT:
+            raise VrxError(f"text too long: at most {_MAX_TEXT} characters")
         self.left -= len(found)
         if self.left < 0:
-            raise VrxError(f"more than {_MOST / 1e6:g} MB of text")
+            raise VrxError(f"more than {_MAX_TEXTS / 1e6:g} MB of text")
         return found
 
     def _resolve(self, text: str, arguments: Mapping[str, str], folder: Path) -> str:
@@ -228,8 +228,8 @@ class _Run:
         if file.resolve() in {other.resolve() for other in self.open}:
             names = " > ".join(path.name for path in (*self.open, file))
             raise file_error(file, f"launch files include each other: {names}")
-        if len(self.open) >= _DEEPEST:
-            raise file_error(file, f"launch files are included more than {_DEEPEST} levels deep")
+        if len(self.open) >= _MAX_DEPTH:
+            raise file_error(file, f"launch files are included more than {_MAX_DEPTH} levels deep")
         if file not in self.documents:
             self.documents[file] = None
             self.documents[file] = read_document(file)

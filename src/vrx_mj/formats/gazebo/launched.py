@@ -57,8 +57,8 @@ NOWHERE = "/package:/"
 """Beginning of a path in such a package that is missing."""
 _OURS = {"wamv_gazebo": "wamv", "cora_gazebo": "cora"}
 """How the names of VRX's descriptions begin, and our robots."""
-_DEEPEST = 5
-"""Folders above a file in which the folder of its package is looked for."""
+_MAX_LEVELS = 5
+"""Number of folders above a file in which its package is looked for."""
 
 
 @dataclass(frozen=True)
@@ -351,7 +351,7 @@ def _words(options: Mapping[str, Sequence[str]], given: Mapping[str, str]) -> It
 
 def _is_nowhere(path: str) -> bool:
     """Whether a path leads into a package that is missing, or that `vrx-mj ros packages` wrote for roslaunch alone."""
-    return path.startswith(NOWHERE) or any(map(is_built_in, list(Path(path).parents)[:_DEEPEST]))
+    return path.startswith(NOWHERE) or any(map(is_built_in, list(Path(path).parents)[:_MAX_LEVELS]))
 
 
 def named_world(path: str) -> Path | str:

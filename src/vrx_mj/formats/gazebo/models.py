@@ -40,8 +40,8 @@ NO_MODEL = "is its folder on GAZEBO_MODEL_PATH?"
 """Advice where a model is not found."""
 _ENDING = ".sdf.erb"
 _MOST_ROWS = 200
-_LONGEST = 40_000
-"""Characters of a layout."""
+_MAX_LAYOUT = 40_000
+"""Longest layout [characters]."""
 _LAYOUT = re.compile(r"^[^#\n]*?\blayout\s{0,80}=\s{0,80}\[", re.MULTILINE)
 """A layout that is no comment."""
 _END = re.compile(r"[ \t]{0,80}(?:%>|#|\r?\n|\Z)")
@@ -282,7 +282,7 @@ def template_content(file: Path, report: Report) -> tuple[Content, Place]:
     source = File(display(file), file.parent, tuple(text.split("\n")))
     found = _LAYOUT.search(text)
     place = Place(source, text.count("\n", 0, found.start()) + 1 if found else 1)
-    end = text.find("]", found.end(), found.end() + _LONGEST) if found else -1
+    end = text.find("]", found.end(), found.end() + _MAX_LAYOUT) if found else -1
     if found is None or end < 0 or not _END.match(text, end + 1):
         message = "expected `layout = ['X  X', ...]`: only this list of a Ruby template is read"
         raise ConfigError([place.problem("layout", message)])

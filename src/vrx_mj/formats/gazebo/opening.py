@@ -71,8 +71,8 @@ MOST_FOLDERS = 20_000
 """Folders below a folder."""
 _MOST_MEGABYTES = 32
 """Size of the files together."""
-DEEPEST = 50
-"""Levels of folders below a folder."""
+MAX_DEPTH = 50
+"""Largest depth of folders below a folder."""
 _LAUNCH = (".launch",)
 _MOST_LAUNCHES = 200
 """Launch files of a folder that are read to choose one."""
@@ -190,8 +190,8 @@ def _places(folder: Path) -> Iterator[tuple[str, list[str]]]:
         folders[:] = sorted(name for name in folders if not name.startswith(".") and name not in _BUILT)
         if number > MOST_FOLDERS:
             raise VrxError(f"more than {MOST_FOLDERS} folders in {display(folder)}: name a smaller one")
-        if folders and place[len(top) :].count(os.sep) > DEEPEST:
-            raise VrxError(f"folders more than {DEEPEST} deep in {display(folder)}: name a smaller one")
+        if folders and place[len(top) :].count(os.sep) > MAX_DEPTH:
+            raise VrxError(f"folders more than {MAX_DEPTH} deep in {display(folder)}: name a smaller one")
         yield place, names
 
 

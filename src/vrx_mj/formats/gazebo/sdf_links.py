@@ -38,8 +38,8 @@ _AXES = {
 """The types of joints of SDF, and how many axes each has."""
 _UNLIMITED = ("fixed", "continuous")
 """Types of joints whose limits say nothing."""
-_LEAST = 1e-9
-"""Smallest share of the largest moment of inertia, or moment [kg m2], that a principal moment has in MuJoCo."""
+_MIN_MOMENT = 1e-9
+"""Least principal moment of inertia in MuJoCo, as a share of the largest, or [kg m2]."""
 
 
 def read_sdf_link(model: Model, name: str) -> LinkRow:
@@ -407,9 +407,9 @@ def _possible(inertia: FloatArray) -> FloatArray:
     moments, axes = np.linalg.eigh(inertia)
     if moments[2] <= 0.0:
         return inertia
-    least = max(_LEAST * float(moments[2]), _LEAST)
+    least = max(_MIN_MOMENT * float(moments[2]), _MIN_MOMENT)
     low, middle, high = np.maximum(moments, least)
     short = max(high - low - middle, 0.0)
-    if low == moments[0] and short <= _LEAST * high:
+    if low == moments[0] and short <= _MIN_MOMENT * high:
         return inertia
     return np.asarray(axes @ np.diag([low + short, middle, high]) @ axes.T)

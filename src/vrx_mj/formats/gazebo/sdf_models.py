@@ -35,12 +35,12 @@ MODEL = "__model__"
 """Name of a model's own frame."""
 WORLD = "world"
 """Name of what does not move, and of its frame."""
-_FARTHEST = 1e6
+_MAX_COORDINATE = 1e6
 """Largest coordinate of a pose [m]."""
 NESTED = "::"
 """Separator of the name of a nested model and a name in it."""
-_DEEPEST = 8
-"""Models that may be in each other."""
+_MAX_DEPTH = 8
+"""Largest depth of models in models."""
 _MOST_INCLUDES = 100
 """Models that a model may include altogether."""
 _MOST_ELEMENTS = 50_000
@@ -80,7 +80,7 @@ class Given(NamedTuple):
     """Element at which its faults are."""
 
 
-def given_pose(node: Node, farthest: float = _FARTHEST) -> Given:
+def given_pose(node: Node, farthest: float = _MAX_COORDINATE) -> Given:
     """The `<pose>` of an element, whose angles may be in degrees, or a quaternion of any length above 0.
 
     Without one nothing is moved.
@@ -290,8 +290,8 @@ class Model:
 
     def _gather_model(self, node: Node, outer: Node, scope: Scope, folder: Path, depth: int) -> None:
         """Take in a model in another, whichever of the two says how it is called and placed."""
-        if depth >= _DEEPEST:
-            node.fault(f"models are nested more than {_DEEPEST} levels deep")
+        if depth >= _MAX_DEPTH:
+            node.fault(f"models are nested more than {_MAX_DEPTH} levels deep")
             return
         included = self._included_model(node, folder) if node.tag == "include" else (node, folder)
         model, place = included or (node, folder)

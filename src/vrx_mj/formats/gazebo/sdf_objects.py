@@ -74,7 +74,7 @@ _DRAG = 25.0, 2.0
 """Linear and angular drag [1/s] of what floats without VRX's buoyancy plugin: those of VRX's buoys."""
 _DISPLACING = {"box", "sphere", "cylinder"}
 """Types of shapes that displace water."""
-_FARTHEST = 1e9
+_NO_LIMIT = 1e9
 """Limit of a joint that has only the other one [rad or m]."""
 _TYPES = {"screw": "revolute", "revolute2": "universal"}
 """Types of joints of SDF that have other names here."""
@@ -406,7 +406,7 @@ def _axis(axis: Axis, *, free: bool, sign: int) -> Content:
     lower, upper = axis.limits.lower, axis.limits.upper
     found: Content = {"xyz": [sign * value for value in axis.xyz]}
     if not free and (lower > -ENDLESS or upper < ENDLESS):
-        found["limits"] = [max(lower, -_FARTHEST), min(upper, _FARTHEST)]
+        found["limits"] = [max(lower, -_NO_LIMIT), min(upper, _NO_LIMIT)]
     return found | axis.dynamics
 
 

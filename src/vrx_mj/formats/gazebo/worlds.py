@@ -72,8 +72,8 @@ _ONCE = {"scene", "gui", "spherical_coordinates", "gravity", "physics", "wind"}
 NO_BOATS = "none"
 """Name of the fleet without boats."""
 _BALL = "blue_projectile"
-_CLOSE = 2e-3
-"""Difference of numbers [m, rad] up to which an object is that of the base."""
+_TOLERANCE = 2e-3
+"""Largest difference of numbers for which an object is that of the base [m, rad]."""
 _STEEP = 1e-3
 """Slope up to which gravity points down."""
 _GZ_SIM = (1, 7)
@@ -84,8 +84,8 @@ _MOST_HINTS = 100
 """Unknown names of models for which a known one is guessed."""
 _CANDIDATES = 20
 """Parts of one kind that are tried, one after the other, where a world has one of them."""
-_SHOWN = 6
-"""Notes that a warning lists."""
+_SHOWN_NOTES = 6
+"""Number of notes that a warning lists."""
 _SURROUNDINGS: Mapping[str, tuple[str, Callable[[Element], object]]] = {
     "scene": ("scene", scene), "gui": ("camera", view),
     "spherical_coordinates": ("georeference", lambda element: element.fields("spherical_coordinates")),
@@ -181,7 +181,7 @@ def warn_of_losses(notes: Sequence[Note], source: str, *, stacklevel: int) -> No
         places = (":".join(map(str, filter(None, (note.place.file.name, note.place.line)))) for note in lost)
         lines = (f"{place}: {note.what} {note.fate}: {note.ours}" for place, note in zip(places, lost, strict=True))
         head = f"{source}: {len(lost)} of {len(once)} parts differ from Gazebo (`vrx-mj import` lists all)"
-        warnings.warn("\n  ".join([head, *first_lines(lines, _SHOWN)]), VrxWarning, stacklevel=stacklevel)
+        warnings.warn("\n  ".join([head, *first_lines(lines, _SHOWN_NOTES)]), VrxWarning, stacklevel=stacklevel)
 
 
 def _no_world(root: Element) -> ConfigError:
@@ -544,7 +544,7 @@ def _same(content: Content, other: Content) -> bool:
     if _plain(content["model"]) != other["model"]:
         return False
     ours, theirs = _plain(content["pose"]), other.get("pose", (0.0,) * 6)
-    return all(abs(a - b) <= _CLOSE for a, b in zip(ours, theirs, strict=True))
+    return all(abs(a - b) <= _TOLERANCE for a, b in zip(ours, theirs, strict=True))
 
 
 def _plain(value: Any) -> Any:

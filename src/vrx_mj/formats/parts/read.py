@@ -38,8 +38,8 @@ _HULL_LINKS = ("base", "dummy", "left_battery", "right_battery", "cpu_cases")
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_-]{0,63}")
 _WORD = re.compile(r"[A-Za-z0-9_./-]{1,64}")
 _EXPRESSION = re.compile(r"\$\{([^}]*)\}")
-_LONGEST = 2000
-"""Characters of a text with an expression in it."""
+_MAX_EXPRESSION = 2000
+"""Longest text with an expression in it [characters]."""
 _MOST_HZ = 10_000.0
 """Largest rate [Hz]; any other number is a coordinate or an angle."""
 _LIDAR_TYPES = ("16_beam", "32_beam")
@@ -47,7 +47,8 @@ _LIDAR_TYPES = ("16_beam", "32_beam")
 _FULL_TURN = 2.0 * math.pi
 """An angle beyond this is rather meant in degrees [rad]."""
 _FILES = {"components": "component file", "thrusters": "thruster file"}
-_NOTHING = re.compile(r"\s*(---|\.\.\.)?\s*(#.*)?")
+_EMPTY_LINE = re.compile(r"\s*(---|\.\.\.)?\s*(#.*)?")
+"""A line without content: empty, a comment, or a mark of a document."""
 _FOLDER = root() / "assets" / "robots" / "wamv"
 _MAIN = _FOLDER / "wamv_gazebo" / "urdf" / "wamv_gazebo.urdf.xacro"
 LAYOUTS = ("H", "T", "X")
@@ -214,7 +215,7 @@ def has_expression(value: object) -> bool:
     """Whether a value, or one in a list of values, needs evaluating."""
     if isinstance(value, list | tuple):
         return any(map(has_expression, value))
-    return isinstance(value, str) and len(value) <= _LONGEST and _EXPRESSION.search(value) is not None
+    return isinstance(value, str) and len(value) <= _MAX_EXPRESSION and _EXPRESSION.search(value) is not None
 
 
 def _text(value: object, *, named: bool) -> str:
@@ -238,8 +239,8 @@ class Expression(str):
 
 def _substitute(text: str) -> str:
     """The text with its expressions worked out."""
-    if len(text) > _LONGEST:
-        raise ValueError(f"expected at most {_LONGEST} characters, got {literal(text)}")
+    if len(text) > _MAX_EXPRESSION:
+        raise ValueError(f"expected at most {_MAX_EXPRESSION} characters, got {literal(text)}")
     if not isinstance(text, Expression):
         return text
     if text.result.problem:
@@ -357,7 +358,7 @@ class _Reading:
 def _content(path: Path) -> Section | None:
     """Content of a file; None where it is empty."""
     lines = read_lines(path)
-    return None if all(map(_NOTHING.fullmatch, lines)) else _evaluate(parse(File(display(path), path.parent, lines)))
+    return None if all(map(_EMPTY_LINE.fullmatch, lines)) else _evaluate(parse(File(display(path), path.parent, lines)))
 
 
 def _evaluate(section: Section) -> Section:

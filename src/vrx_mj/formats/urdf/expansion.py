@@ -32,8 +32,8 @@ _IN_PACKAGE = re.compile(r"\s*\$\(find (\w{1,200})\)/")
 """Beginning of the name of a file in a package."""
 _UNDEFINED = re.compile("name '(.*)' is not defined")
 _SHOWN_CALLERS = 3
-_LONGEST = 300
-"""Characters of a message and of an expression in it."""
+_MAX_MESSAGE = 300
+"""Longest message, and longest expression in it [characters]."""
 
 
 class Located(str):
@@ -382,7 +382,7 @@ def _problem(error: Exception, cause: BaseException, made: Expansion, known: Seq
     else:
         message = "; not read: ".join([_message(cause, trail) + _beside(cause), *made.left_out])
     if trail.expression:
-        message = f"{trail.expression[:_LONGEST]}: {message}"
+        message = f"{trail.expression[:_MAX_MESSAGE]}: {message}"
     if trail.place is None:
         return Problem(display(Path(made.file)), None, None, "", message)
     place = _expression_place(trail.place, trail.expression)
@@ -432,7 +432,7 @@ def _message(cause: BaseException, trail: "_Trail") -> str:
         text += f"; the macro takes: {' '.join(cause.macros[0].params) or 'no parameters'}"
     if text.startswith("unknown macro name: "):
         close = nearest(text.rpartition(":")[2], trail.macros)
-    return f"{text}{f'; did you mean {close!r}?' if close else ''}"[:_LONGEST]
+    return f"{text}{f'; did you mean {close!r}?' if close else ''}"[:_MAX_MESSAGE]
 
 
 class _Trail:

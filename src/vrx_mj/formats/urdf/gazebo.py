@@ -32,8 +32,8 @@ _USUAL_THRUST = 250.0
 """Largest force [N] where a file gives none: the WAM-V's."""
 _FREEFLOATING_THRUST = 100.0
 """Largest force [N] of freefloating_gazebo_control.cpp for a thruster that gives none."""
-_STEEPEST = 5.5
-"""Largest slope of the normal force of a foil by its aspect ratio; 6.13 is that of an endless blade."""
+_MAX_SLOPE = 5.5
+"""Largest slope of the normal force of a foil by its aspect ratio; an endless blade has 6.13."""
 _ASV_FOILS = {"asv_sim2-sail-lift-drag-system": "sail", "asv_sim2-foil-lift-drag-system": "rudder"}
 _LIFTED = "; its coefficients are replaced: the plugin's lift, 8 sin(2 angle), is five times that of a sail"
 _SHARES = "commands are fractions of the maximum thrust, -1 to 1"
@@ -289,7 +289,7 @@ def _foil(node: Node, robot: Robot) -> None:
     """A rudder, keel or sail of usv_sim_lsa (foil_dynamics_plugin.cpp) or of asv_sim (LiftDragModel.cc).
 
     The normal force of usv_sim's rudder is 2 `mult_lift` sin(angle), over which `mult_drag` is written; asv_sim's lift
-    has the slope `cla`. Ours has that slope by its aspect ratio and, beyond `_STEEPEST`, by its area.
+    has the slope `cla`. Ours has that slope by its aspect ratio and, beyond `_MAX_SLOPE`, by its area.
     """
     link, kind = robot.warned_link(node, "link_name"), node.text("link_type")
     if not link:
@@ -307,7 +307,7 @@ def _foil(node: Node, robot: Robot) -> None:
             robot.sails[name] = sail
     elif kind in {"rudder", "keel"}:
         steep = node.value("cla", math.tau) if theirs else 2.0 * node.value("mult_drag|mult_lift", 1.5, above=0)
-        slope = min(steep, _STEEPEST)
+        slope = min(steep, _MAX_SLOPE)
         if joint is None:
             entry["center"] = compose(robot.urdf.pose(link, robot.urdf.root), (x, y, z, 0.0, 0.0, 0.0))[:3]
         entry |= {"area": area * steep / slope, "aspect_ratio": 2.25 * slope / (6.13 - slope)}

@@ -22,7 +22,7 @@ from vrx_mj.formats.urdf.reader import MeshData
 _MOST_TRIANGLES = 200_000
 """MuJoCo's own limit for STL files."""
 _LARGEST = 1e5
-"""Farthest point [m] that makes sense in a mesh."""
+"""Largest plausible coordinate in a mesh [m]."""
 _UNIT = re.compile(rb"<unit\b[^>]{0,300}?\bmeter\s{0,9}=\s{0,9}[\"']\s{0,9}([0-9.eE+-]{1,99})\s{0,9}[\"']")
 _COLORS = re.compile(
     rb"<(library_effects|library_materials|library_images|bind_material)\b[^>]*>.*?</\1\s*>|\bmaterial=\"[^\"]*\"",

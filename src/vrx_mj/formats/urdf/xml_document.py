@@ -21,8 +21,8 @@ from vrx_mj.formats.urdf.model import Place
 
 MAX_BYTES = 4_000_000
 """Longest file that is read."""
-_DEEPEST = 60
-"""Levels of elements in elements."""
+_MAX_DEPTH = 60
+"""Largest depth of elements in elements."""
 _MOST_NODES = 50_000
 """Elements and attributes in a file."""
 
@@ -227,8 +227,8 @@ class _Parser:
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:
         self.nodes += 1 + len(attributes)
-        if len(self.open) >= _DEEPEST:
-            raise _fault(self.here(), f"<{tag}>", f"elements are nested deeper than {_DEEPEST} levels")
+        if len(self.open) >= _MAX_DEPTH:
+            raise _fault(self.here(), f"<{tag}>", f"elements are nested deeper than {_MAX_DEPTH} levels")
         if self.nodes > _MOST_NODES:
             raise _fault(self.here(), f"<{tag}>", f"more than {_MOST_NODES} elements and attributes in a file")
         self.declared |= {key[6:] for key in attributes if key.startswith("xmlns:")}

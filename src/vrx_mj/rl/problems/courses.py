@@ -14,10 +14,10 @@ _LEGS = (10.0, 25.0)
 """Distances from one waypoint to the next, least and greatest [m]."""
 _REACHED = 1.5
 """A waypoint is reached when VRX's error of its pose is below this [m]."""
-_BETWEEN = (15.0, 25.0)
-"""Distances from one gate to the next, least and greatest [m]."""
-_BEND = np.radians(40.0)
-"""Greatest bend between one gate and the next, either way [rad]."""
+_GATE_DISTANCES = (15.0, 25.0)
+"""Least and largest distance from one gate to the next [m]."""
+_MAX_BEND = np.radians(40.0)
+"""Largest bend between one gate and the next, either way [rad]."""
 _WIDTH = 10.0
 """Width of a gate [m]; VRX's are 10 to 20 m wide."""
 
@@ -196,8 +196,8 @@ class FollowPath(Course):
         place, course = np.zeros(2), random.uniform(-np.pi, np.pi)
         heading = course
         for number in range(self.count):
-            bend = random.uniform(-_BEND, _BEND)
-            place = place + random.uniform(*_BETWEEN) * np.array([np.cos(course + bend), np.sin(course + bend)])
+            bend = random.uniform(-_MAX_BEND, _MAX_BEND)
+            place = place + random.uniform(*_GATE_DISTANCES) * np.array([np.cos(course + bend), np.sin(course + bend)])
             course += bend
             self._points[row, number] = *place, course
         return [(0.0, 0.0, heading, 0.0)]

@@ -11,18 +11,18 @@ from vrx_mj.model.things import Dock
 from vrx_mj.rl.options import PERIOD
 from vrx_mj.rl.problem import Entry, Judged, Problem, Rows, Spot, Team, open_water, point, turn_to, wrap_angle
 
-_AWAY = (8.0, 18.0)
-"""Distances of the start from the bay's mouth, least and greatest [m]."""
+_START_DISTANCES = (8.0, 18.0)
+"""Least and largest distance of the start from the bay's mouth [m]."""
 _BESIDE = 6.0
 """Greatest distance of the start from the bay's axis [m]."""
 _TURNED = np.radians(60.0)
 """Greatest angle between the bow and the bay's axis at the start [rad]."""
-_HOLD = 3.0
-"""A boat has docked when it was inside for so long [s]."""
-_NEAR = 5.0
-"""Within this distance of the middle of the bay's zone the speed of the approach counts [m]."""
-_SLOW, _FAST = 1.0, 2.0
-"""Speeds up to which docking is worth all, and from which on nothing [m/s]."""
+_HOLD_TIME = 3.0
+"""Time inside after which a boat has docked [s]."""
+_APPROACH_RADIUS = 5.0
+"""Distance from the middle of the bay's zone within which the speed of the approach counts [m]."""
+_FULL_SPEED, _ZERO_SPEED = 1.0, 2.0
+"""Speed up to which docking earns everything, and from which it earns nothing [m/s]."""
 _WORTH = 10.0
 """Greatest reward for having docked."""
 
@@ -64,7 +64,7 @@ class Docking(Problem):
     def start(self, row: int, random: np.random.Generator) -> list[Spot]:
         """A bay, and a place before it."""
         self._goal[row] = x, y, inward, _, _, mouth = self._bays[int(random.integers(len(self._bays)))]
-        away, beside = mouth + random.uniform(*_AWAY), random.uniform(-_BESIDE, _BESIDE)
+        away, beside = mouth + random.uniform(*_START_DISTANCES), random.uniform(-_BESIDE, _BESIDE)
         start = x - away * np.cos(inward) - beside * np.sin(inward), y - away * np.sin(inward) + beside * np.cos(inward)
         return [(*start, inward + random.uniform(-_TURNED, _TURNED), 0.0)]
 
@@ -86,18 +86,18 @@ class Docking(Problem):
         _, _, inward, half_depth, half_width, _ = self._goal.T[:, :, None]
         straight, going = np.cos(inward - team.yaw) > 0.0, going[:, None]
         self._inside = (np.abs(along) <= half_depth) & (np.abs(aside) <= half_width) & straight
-        speed, near = np.hypot(team.own[..., 0], team.own[..., 1]), np.hypot(along, aside) <= _NEAR
+        speed, near = np.hypot(team.own[..., 0], team.own[..., 1]), np.hypot(along, aside) <= _APPROACH_RADIUS
         self._fastest = np.where(near, np.maximum(self._fastest, np.where(going, speed, 0.0)), 0.0)
         held, cost = np.where(self._inside, self._held + going, 0), _cost(along, aside)
-        docked = held >= round(_HOLD / PERIOD)
-        worth = _WORTH * np.clip((_FAST - self._fastest) / (_FAST - _SLOW), 0.0, 1.0)
+        docked = held >= round(_HOLD_TIME / PERIOD)
+        worth = _WORTH * np.clip((_ZERO_SPEED - self._fastest) / (_ZERO_SPEED - _FULL_SPEED), 0.0, 1.0)
         reward = 0.1 * (self._cost - cost) + 0.1 * (held - self._held) + worth * docked
         self._cost, self._held = cost, held
         return Judged(reward, docked)
 
     def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """Whether the boat is inside and has docked, and how fast it came."""
-        docked = self._held >= round(_HOLD / PERIOD)
+        docked = self._held >= round(_HOLD_TIME / PERIOD)
         return {"inside": self._inside, "docked": docked, "approach_speed": self._fastest}
 
     def episode_facts(self) -> dict[str, npt.NDArray[np.generic]]:

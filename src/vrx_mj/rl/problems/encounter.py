@@ -26,17 +26,17 @@ _READILY = np.radians(30.0)
 """An alteration of course that is readily apparent (rule 8 (b)), and departs wholly from a course that is kept."""
 _AHEAD = 18.0
 """Time from the start to the collision if both kept on [s]."""
-_BEYOND = 20.0
-"""Distance of a goal from the point where they would collide [m]."""
+_GOAL_DISTANCE = 20.0
+"""Distance of a goal from the point where the boats would collide [m]."""
 _SPEED, _SLOW, _FAST = 1.5, 0.8, 2.0
 """Speeds of who meets or crosses, is overtaken, and overtakes [m/s]."""
-_WANTED = 15.0
-"""A closest approach beyond this costs nothing [m]."""
-_AGREED = 15.0
-"""Within this distance, with risk of collision, who stands on may act: rule 17 (a) (ii), (b) [m]."""
-_ARRIVED = 5.0
-"""A boat is at its goal within this distance [m]."""
-_OPENED = 1.0
+_SAFE_DISTANCE = 15.0
+"""Closest approach beyond which nothing is lost [m]."""
+_ACTION_DISTANCE = 15.0
+"""Distance within which, with risk of collision, the stand-on vessel may act [m]: rule 17 (a) (ii), (b)."""
+_GOAL_RADIUS = 5.0
+"""Distance from its goal within which a boat has arrived [m]."""
+_OPENING = 1.0
 """Distance beyond the closest approach at which boats that are behind each other have passed [m]; waves shake them by
 less."""
 
@@ -166,7 +166,7 @@ class Encounter(Problem):
         ways = [(course, _FAST if kind == 2 else _SPEED), (course + apart, _SLOW if kind == 2 else _SPEED)]
         if random.random() < 0.5:
             ways.reverse()
-        self._goals[row] = [(_BEYOND * np.cos(way), _BEYOND * np.sin(way)) for way, _ in ways]
+        self._goals[row] = [(_GOAL_DISTANCE * np.cos(way), _GOAL_DISTANCE * np.sin(way)) for way, _ in ways]
         return [(-_AHEAD * speed * np.cos(way), -_AHEAD * speed * np.sin(way), way, speed) for way, speed in ways]
 
     def begin(self, who: BoolArray, team: Team) -> None:
@@ -198,7 +198,7 @@ class Encounter(Problem):
         self._follow(team, gap, meet)
         fault, touched = self._faults(team, gap, meet), meet & (gap < CLEAR)
         self._collided |= touched
-        inside = (far < _ARRIVED) & team.present & ~touched[:, None]
+        inside = (far < _GOAL_RADIUS) & team.present & ~touched[:, None]
         leaves = inside & (self._passed | ~both)[:, None]
         own = 0.1 * (self._far - far) - 0.1 * fault + 5.0 * (inside & ~self._reached) - 10.0 * touched[:, None]
         own = np.where(team.present, own + 5.0 * np.where(leaves, self._scores(), 0.0), 0.0)
@@ -223,11 +223,11 @@ class Encounter(Problem):
         """(n, 2), 0 to 1; none once they have passed. What the stand-on vessel departs is added up for its score."""
         time, distance = approach(team.x, team.y, *team.velocity())
         port = np.clip(wrap_angle(team.yaw - self._course) / _READILY, 0.0, 1.0)
-        risk = np.clip(1.0 - distance / _WANTED, 0.0, 1.0)[:, None]
+        risk = np.clip(1.0 - distance / _SAFE_DISTANCE, 0.0, 1.0)[:, None]
         clear = np.minimum(risk + np.where(self._role == HEAD_ON, port, 0.0), 1.0)
         off = departure(wrap_angle(team.yaw - self._course), _speeds(team), self._speed)
         late = np.where(self._role == STAND_ON, port, 0.0)
-        holds = np.where((gap < _AGREED)[:, None], late, off)
+        holds = np.where((gap < _ACTION_DISTANCE)[:, None], late, off)
         before, closing = (meet & ~self._passed)[:, None], (time > 0.0)[:, None]
         self._steps += before[:, 0]
         self._held += np.where(before, holds, 0.0)
@@ -241,12 +241,12 @@ class Encounter(Problem):
         now = bearings(team.x, team.y, team.yaw)
         self._bearing = np.where(nearer[:, None], now, self._bearing)
         behind = gone_by(self._role, team.x, team.y, self._course)
-        self._passed = np.where(meet, behind & (gap > self._closest + _OPENED), self._passed)
+        self._passed = np.where(meet, behind & (gap > self._closest + _OPENING), self._passed)
 
     def _scores(self) -> FloatArray:
         """The present scores, (n, 2): 0 until the boats have passed, and after a collision."""
         kept = 1.0 - self._held / np.maximum(self._steps, 1)[:, None]
-        safe = range_score(self._closest, CLEAR, _WANTED)
+        safe = range_score(self._closest, CLEAR, _SAFE_DISTANCE)
         counts = (safe * self._passed * ~self._collided)[:, None]
         scores: FloatArray = counts * pose_score(self._role, self._bearing, kept)
         return scores

@@ -35,18 +35,18 @@ _FARTHER = 10.0
 """A boat that is lost forfeits what it is off and so much more [m], for the time left."""
 _TURNED = np.radians(45.0)
 """Greatest angle between the bow and the leader's course at the start [rad]."""
-_APART = (24.0, 36.0)
-"""Distances between the two places, least and greatest [m]."""
-_DRIFT = 0.2
-"""Greatest speed of the places, each its own way [m/s]."""
-_ROOM = 5.0
-"""Boats have met within this times the root of their number of a place [m]."""
-_HOLD = 3.0
-"""Boats have met when they were there for so long [s]."""
-_AWAY = (25.0, 35.0)
-"""Distances of the boats from the middle between the places at the start [m]."""
-_TOO_NEAR = 0.2
-"""Cost of a step with another boat too near: with 50 of them, to have met is worth nothing."""
+_PLACE_DISTANCES = (24.0, 36.0)
+"""Least and largest distance between the two places [m]."""
+_MAX_DRIFT = 0.2
+"""Largest speed of the places, each in its own direction [m/s]."""
+_MEETING_RADIUS = 5.0
+"""Boats have met within this distance of a place, times the root of their number [m]."""
+_HOLD_TIME = 3.0
+"""Time there after which boats have met [s]."""
+_START_DISTANCES = (25.0, 35.0)
+"""Least and largest distance of the boats from the middle between the places at the start [m]."""
+_NEARNESS_COST = 0.2
+"""Cost of a step with another boat too near: 50 of them make a meeting worth nothing."""
 
 
 class Formation(Problem):
@@ -176,14 +176,14 @@ class Rendezvous(Problem):
         self._places, self._drift = np.zeros((n, 2, 2)), np.zeros((n, 2, 2))
         self._far = np.zeros((n, boats, 2))
         self._distance, self._held = np.zeros(n), np.zeros(n, np.int64)
-        self.room = _ROOM * float(np.sqrt(boats))
+        self.room = _MEETING_RADIUS * float(np.sqrt(boats))
 
     def start(self, row: int, random: np.random.Generator) -> list[Spot]:
         """Two places, and the boats around them, heading anywhere."""
-        bearing, half = random.uniform(-np.pi, np.pi), 0.5 * random.uniform(*_APART)
+        bearing, half = random.uniform(-np.pi, np.pi), 0.5 * random.uniform(*_PLACE_DISTANCES)
         middle = half * np.array([np.cos(bearing), np.sin(bearing)])
         self._places[row] = middle, -middle
-        ways, speeds = random.uniform(-np.pi, np.pi, 2), random.uniform(0.0, _DRIFT, 2)
+        ways, speeds = random.uniform(-np.pi, np.pi, 2), random.uniform(0.0, _MAX_DRIFT, 2)
         self._drift[row] = np.stack((speeds * np.cos(ways), speeds * np.sin(ways)), axis=1)
         self._held[row] = 0
         first = random.uniform(-np.pi, np.pi)
@@ -210,12 +210,12 @@ class Rendezvous(Problem):
         inside = np.asarray(((far < self.room) | ~present[..., None]).all(axis=1))
         there = inside.any(axis=1) & present.any(axis=1)
         self._held = np.where(there, self._held + going, 0)
-        met = self._held >= round(_HOLD / PERIOD)
-        own = 0.1 * (self._far.min(axis=2) - far.min(axis=2)) - _TOO_NEAR * near + 10.0 * met[:, None]
+        met = self._held >= round(_HOLD_TIME / PERIOD)
+        own = 0.1 * (self._far.min(axis=2) - far.min(axis=2)) - _NEARNESS_COST * near + 10.0 * met[:, None]
         self._distance = self._least(far, present)
         team_gain = 0.1 * (self._least(self._far, present) - self._distance)
         self._far = np.where(present[..., None], far, 0.0)
-        shared = team_gain - _TOO_NEAR * mean_of(near.astype(np.float64), present) + 10.0 * met
+        shared = team_gain - _NEARNESS_COST * mean_of(near.astype(np.float64), present) + 10.0 * met
         return Judged(np.where(present, own, 0.0), met[:, None] & present, shared)
 
     def episode_facts(self) -> dict[str, npt.NDArray[np.generic]]:
@@ -224,11 +224,11 @@ class Rendezvous(Problem):
 
     def forfeit(self, left: IntArray) -> FloatArray:
         """Beside the usual, having another boat too near for all steps left."""
-        return super().forfeit(left) + _TOO_NEAR * left[:, None]
+        return super().forfeit(left) + _NEARNESS_COST * left[:, None]
 
     def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """How far the boats are from the place, and whether they have met."""
-        return {"distance": self._distance, "met": self._held >= round(_HOLD / PERIOD)}
+        return {"distance": self._distance, "met": self._held >= round(_HOLD_TIME / PERIOD)}
 
     def _now(self, team: Team) -> FloatArray:
         """(n, boats, 2): distances to both places [m]."""
@@ -243,6 +243,6 @@ class Rendezvous(Problem):
 
 def _around(bearing: float, boats: int, random: np.random.Generator) -> Spot:
     """A place around the middle in a direction [rad]; with many boats farther out, so that there is room."""
-    away = random.uniform(*_AWAY) + max(0.0, 2.0 * (boats - 10))
+    away = random.uniform(*_START_DISTANCES) + max(0.0, 2.0 * (boats - 10))
     x, y = away * np.cos(bearing), away * np.sin(bearing)
     return float(x), float(y), random.uniform(-np.pi, np.pi), 0.0
