@@ -409,7 +409,7 @@ def test_a_floating_object_is_fixed_by_one_key():
 def test_a_height_of_a_spectrum_on_top_of_another_sea_makes_it_one(profile):
     written(storm="extends: base.yaml\nsea: {significant_height: 1.0, peak_period: 6}\n",
             base=f"physics: {{profile: {profile}}}\nsea: {{model: pms, gain: 0.1, period: 5, tau: 2}}\n")  # fmt: skip
-    with pytest.warns(VrxWarning, match=r"its sea is jonswap, as `pms` has no significant height"):
+    with pytest.warns(VrxWarning, match=r"its sea is jonswap: `pms` has no significant height"):
         sea = compile_world("./storm.yaml").parameters.sea
     assert (sea.model, sea.significant_height, sea.period) == ("jonswap", 1.0, 6.0)
     variance = sum(wave.amplitude**2 for wave in sea.waves) / 2

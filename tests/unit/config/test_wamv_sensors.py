@@ -247,7 +247,7 @@ NEWER = "wamv_pinger: [{sensor_name: receiver, position: 100 20 -2}]"
 def test_a_pinger_of_newer_vrx_sits_at_the_origin(tmp_path):
     file = tmp_path / "components.yaml"
     file.write_text(NEWER, encoding="utf-8")
-    with pytest.warns(match="beacon's place"):
+    with pytest.warns(match="beacon's position"):
         parts = load_parts(file, "components")
     made = ET.fromstring(wamv_urdf(components=parts, namespace="b"))
     joint = next(each for each in made.findall("joint") if each.get("name") == "b/receiver_pinger_joint")

@@ -155,7 +155,7 @@ def test_a_component_file_takes_the_place_of_flags(tmp_path):
 
 @pytest.mark.parametrize("lidar", ["64_beam", "16-beam", "32_Beam"])
 def test_an_unknown_lidar_is_none_as_in_vrx(tmp_path, lidar):
-    with pytest.warns(match="makes no lidar"):
+    with pytest.warns(match="has no lidar type"):
         components = written(tmp_path, f"lidar: [{{name: l, type: {lidar}}}]", "components")
     assert not any(
         "l_" in name.removeprefix("wamv/") for name in names(wamv_urdf(components=components)) if "/l_" in name

@@ -52,6 +52,6 @@ def test_fragments_without_characters_are_bounded_too(monkeypatch):
         for _ in range(2):  # one that comes twice counts once
             fragments.add(piece("m" if number else "n", number, 300, ""))
     assert intake.used == 3 * _FRAGMENT_OVERHEAD
-    with pytest.raises(CommandError, match="more than 300 characters wait"):
+    with pytest.raises(CommandError, match="more than 300 characters of incomplete"):
         fragments.add(piece("m", 5, 300, ""))
     assert intake.used == 0
