@@ -39,7 +39,8 @@ def check(file: str, key: str, *, rounding: float = ROUNDING, **parts: object) -
         path.parent.mkdir(exist_ok=True)
         path.write_text("{\n" + ",\n".join(rows) + "\n}\n", encoding="utf-8")
         return
-    expected = _kept(path)[key]
+    expected = _kept(path).get(key)
+    assert expected is not None, f"{path.name} has no fingerprint of {key}: write it with {WRITING}=1 pytest -n0 -m ''"
     changed = [name for name in {**expected, **found} if not _equal(expected.get(name), found.get(name), rounding)]
     assert not changed, f"{key}: other numbers than {path.name} has, of {', '.join(changed)}"
 
