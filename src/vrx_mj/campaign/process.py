@@ -47,7 +47,7 @@ _START = 120.0
 """Wall time for starting a process [s]."""
 LOOK = 0.25
 """How often trials are looked after [s]."""
-_TOGETHER = 0.2
+_TOGETHER = 0.1
 """After a result, those of shorter trials are gathered for this long: to wake up costs more than to take one [s]."""
 FORKS = "forkserver" in multiprocessing.get_all_start_methods()
 """Whether processes can begin with what this one has loaded."""
