@@ -120,7 +120,7 @@ def test_trail_is_one_line_without_gaps_across_flushes(tmp_path, monkeypatch):
 def test_headings_are_wrapped(tmp_path, monkeypatch):
     """A boat that turns round and round, to port: a compass counts backwards, from 0 to 360; yaw from -180 to 180."""
     monkeypatch.setattr("vrx_mj.recording.encoding.MOST_ROWS", 1)
-    path = recorded_run.record_run(tmp_path / "run.rrd", 60.0)
+    path = recorded_run.record_run(tmp_path / "run.rrd", 46.0)  # once round in 44 s
     rate = np.degrees(2.0 / 14.0) / 10
     for name, low, turn, slack in (
         ("heading", 0.0, -rate, 0.2),
