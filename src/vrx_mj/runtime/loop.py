@@ -81,7 +81,7 @@ def advance(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
     the run has no data of MuJoCo's; -1 when the state has diverged.
     """
     a = views(runs[row])
-    work = vessel_work(hull_meshes(a), a.waves, a.sea[0])
+    work = vessel_work(hull_meshes(a), a.waves, a.sea[0], a.own_waves)
     return _advance(runs, row, time, dt, steps, work, work.columns)
 
 
@@ -95,7 +95,7 @@ def advance_vrx(runs: Table, row: int, time: float, dt: float, steps: int) -> in
 def advance_vrx_sea(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
     """`advance_vrx` in a sea of many waves, several of which a processor takes at a time: with the same bits."""
     a = views(runs[row])
-    return _advance(runs, row, time, dt, steps, None, wave_columns(a.waves, a.sea[0], 4))
+    return _advance(runs, row, time, dt, steps, None, wave_columns(a.waves, a.sea[0], 4, a.own_waves))
 
 
 LOOPS = advance, advance_vrx, advance_vrx_sea
@@ -349,9 +349,9 @@ def _flotation_of(
         water = orbital_motion(waves, a.sea[0], body.x, body.y, body.z, time, past=past)
         return flotation_in_waves(item, a.elements, body, height, (east, north, 0.0), water, ahead, load)
     if item.profile == VRX3:
-        water_at_elements(item, a.elements, a.element_state, body, waves, a.sea[0], time, dt)
+        water_at_elements(item, a.elements, a.element_state, body, waves, a.sea[0], time, dt, a.own_waves)
         return flotation(item, a.elements, a.element_state, body, 0.0, 0.0, ahead, load)
-    height = surface_height(waves, a.sea[0], body.x, body.y, time)
+    height = surface_height(waves, a.sea[0], body.x, body.y, time, a.own_waves)
     rise = water_rise(state, height, dt)
     return flotation(item, a.elements, None, body, height, rise, ahead, load)
 

@@ -66,6 +66,8 @@ class Views(NamedTuple):
     sensordata: _Vector
     sea: Annotated[Table, Array(tables.SEA)]
     waves: Annotated[Table, Array(tables.WAVE)]
+    own_waves: _Vector
+    """`physics.tables.OwnWaves`."""
     current: Annotated[Table, Array(tables.CURRENT)]
     """At most one row."""
     current_state: Annotated[Table, Array(tables.CURRENT_STATE, use=STATE, rows="current")]

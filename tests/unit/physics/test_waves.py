@@ -176,13 +176,13 @@ def test_pms_has_three_waves_at_most():
 # Seas that differ from a world's
 
 
-def changed(phases=(0.0, 0.0, 0.0), **change):
+def changed(phases=(0.0, 0.0, 0.0), factor=1.0, **change):
     """The sea J, of peak 2 pi / 5 s towards east, with factors, a turn and phases."""
     waves = SEAS["J"][0]
     nominal = np.array([(2 * math.pi / 5, (1.0, 0.0), 9.8)], NOMINAL)
-    row = {"amplitude": 1.0, "period": 1.0, "band": 1.0, "spread": 1.0, "turn": 0.0} | change
+    row = {"period": 1.0, "band": 1.0, "spread": 1.0, "turn": 0.0} | change
     given, out = np.array([tuple(row.values())], [(name, float) for name in row]), np.zeros(len(waves), WAVE)
-    stretch_waves(waves, nominal[0], given[0], np.array(phases), np.ones(len(waves)), out)
+    stretch_waves(waves, nominal[0], given[0], np.array([factor, *phases]), out)
     return waves, out
 
 
@@ -213,7 +213,7 @@ def test_directions_turn_and_spread(spread, turn):
 
 
 def test_phases_are_those_at_the_origin_at_time_0():
-    _, own = changed(phases=(0.3, 1.0, -2.0), amplitude=2.0)
+    _, own = changed(phases=(0.3, 1.0, -2.0), factor=2.0)
     _, calm = sea()
     expected = (own["amplitude"] * np.cos([0.3, 1.0, -2.0])).sum()
     assert surface_height(own, calm, 0.0, 0.0, 0.0) == pytest.approx(expected, abs=1e-15)
