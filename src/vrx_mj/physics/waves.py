@@ -96,6 +96,18 @@ def own_size(size: float, waves: Waves, own: OwnWaves, i: int) -> float:
 
 
 @allocating_kernel
+def row_waves(waves: Table, own: FloatArray) -> Table:
+    """Return waves with what is a row's own in one table: the loop for few waves is faster by a sixth with one."""
+    if own.size == 0:
+        return waves
+    whole = waves.copy()
+    for i in range(waves.size):
+        whole[i].phase, whole[i].amplitude = own_phase(waves, own, i), own_size(waves[i].amplitude, waves, own, i)
+        whole[i].orbital = own_size(waves[i].orbital, waves, own, i)
+    return whole
+
+
+@allocating_kernel
 def wave_columns(waves: Table, sea: Record, memory: int, own: OwnWaves = None) -> FloatArray:
     """Return the columns of waves, (rows, n): filled up to whole lanes with waves of no height.
 
@@ -331,8 +343,16 @@ def random_phases(seed: int, number: int, *names: str) -> FloatArray:
 
     `names` are those of their stream, by default the one of a sea's waves.
     """
-    key = np.uint64(stream_key(seed, *(names or ("waves",))))
-    return np.array([2.0 * math.pi * uniform(key, np.uint64(index)) for index in range(number)])
+    phases = np.empty(number)
+    write_phases(np.uint64(stream_key(seed, *(names or ("waves",)))), phases)
+    return phases
+
+
+@kernel
+def write_phases(key: int | np.uint64, out: FloatArray) -> None:
+    """Write the first phases [rad] of a stream of noise."""
+    for i in range(out.size):
+        out[i] = 2.0 * math.pi * uniform(key, np.uint64(i))
 
 
 def random_heights(seed: int, shapes: FloatArray) -> FloatArray:

@@ -24,7 +24,7 @@ from vrx_mj.physics.vessel import VesselWork
 from vrx_mj.physics.waves import random_heights, random_phases, stretch_waves, surface_height
 from vrx_mj.physics.wind import air_velocity
 from vrx_mj.runtime.loop import HUGE, advance, advance_free, advance_vrx, advance_vrx_sea
-from vrx_mj.runtime.views import views
+from vrx_mj.runtime.views import row_views, views
 from vrx_mj.sensors.sea import wave_table
 
 Rows = npt.ArrayLike | None
@@ -241,7 +241,7 @@ def advance_free_row(
 @kernel
 def observe_row(runs: Table, row: int, time: float, wind: FloatArray, surface: FloatArray) -> None:
     """Write the wind's velocity along x and y, (2,), and the height of the sea at every boat, (boats,), of a row."""
-    a = views(runs[row])
+    a = row_views(runs[row])
     wind[0], wind[1] = air_velocity(a.wind[0], a.wind_state[0], a.air_state)
     for k in range(a.hulls.size):
         at = a.hulls[k].qpos

@@ -9,13 +9,16 @@ from hypothesis import strategies as st
 
 from unit.physics.rows import oracle, sea, sea_of
 from vrx_mj.model.tables import WAVE
+from vrx_mj.physics.kinematics import surface_plane
 from vrx_mj.physics.waves import (
     cwr_components,
     pms_components,
     ramp,
+    row_waves,
     stretch_waves,
     surface_height,
     surface_heights,
+    wave_columns,
 )
 from vrx_mj.runtime.rows import NOMINAL
 
@@ -171,6 +174,23 @@ def test_a_wave_travels_along_its_direction(t, along, shift):
 def test_pms_has_three_waves_at_most():
     with pytest.raises(ValueError, match=r"^the model has at most 3 waves, not 4$"):
         pms_components(4, 1.5, 0.4, 0.0, 0.1, 5.0, (1.0, 0.0))
+
+
+@pytest.mark.parametrize("size", [0, 1, 4, 7])
+def test_what_is_a_row_s_own_counts_as_if_it_were_in_the_table(size):
+    """A factor of all heights, phases and factors of each height; to the bit in every form that kernels take."""
+    (waves, water), own = SEAS["J"], np.array([0.7, 0.3, 1.0, -2.0, 1.1, 0.9, 1.2])[:size]
+    whole, at = waves.copy(), (3.0, -2.0, 4.0)
+    if size > 1:
+        whole["phase"] = own[1:4]
+    for column in ("amplitude", "orbital"):
+        whole[column] = whole[column] * (own[4:] if size > 4 else 1.0) * (own[0] if size else 1.0)
+    height = surface_height(whole, water, *at)
+    assert surface_height(waves, water, *at, own) == height
+    assert surface_height(row_waves(waves, own), water, *at) == height
+    np.testing.assert_array_equal(wave_columns(waves, water, 4, own), wave_columns(whole, water, 4))
+    reach = (0.9, -0.4, 0.5)
+    assert surface_plane(waves, water, reach, *at, own) == surface_plane(whole, water, reach, *at)
 
 
 # Seas that differ from a world's
