@@ -287,8 +287,7 @@ class Environment:
         self.generators, self.picture = Generators(n), Picture(compiled, *size)
         self.steps, self._last = np.zeros(n, np.int64), np.zeros((n, self.problem.size, self.actions.most), np.float32)
         self._neighbours = None if team is None else Neighbours(n, self.problem.size, team.view)
-        own = self.problem, self.roster, self.variety, self.generators, self._neighbours
-        self.episodes = Episodes(self.batch, *own)
+        self.episodes = Episodes(self.batch, self.problem, self.roster, self.variety, self.generators, self._neighbours)
         seen = () if team is None else team.view.entries()
         if team is None:
             previous = [f"previous action: {name}" for _, name in self.batch.channels]
