@@ -1,19 +1,20 @@
 """`python -m vrx_mj.cuda.check`: rows on this machine's graphics processor beside the CPU's, and how fast they are.
 
-Environments, too, and a CUDA graph, where Gymnasium and PyTorch are installed. Exits with 1 where something is farther
-apart than its bound, or differs from run to run.
+Environments, too, and a CUDA graph, where Gymnasium and PyTorch are installed. Verdicts come last, each with the card's
+name. Exits with 1 where something is farther apart than its bound, or differs from run to run; speeds are the card's.
 """
 
 import importlib
 import sys
 import time
+from collections.abc import Mapping
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import cuda
 
-from vrx_mj.cuda.batch import Batch
+from vrx_mj.cuda.batch import Batch, check_driver
 from vrx_mj.errors import VrxError
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.world import World
@@ -23,138 +24,197 @@ _WIND: dict[str, Any] = {
     "mean_velocity": 5.0, "var_gain": 1.0, "objects": [{"model": "wamv", "coefficients": [0.5, 0.5, 0.33]}]
 }  # fmt: skip
 _SEA: dict[str, Any] = {"model": "jonswap", "sea_state": 2, "spreading": 10}
-_WORLDS: dict[str, dict[str, Any]] = {
-    "vrx, 5 waves": {"sea": {"model": "cwr", "number": 5, "scale": 1.5, "amplitude": 0.1, "period": 4.0}},
-    "vrx, 60 waves": {"sea": _SEA},
-    "marine, 60 waves": {"sea": _SEA, "physics": {"profile": "marine"}, "current": {"speed": 0.3, "var_gain": 0.05}},
-}
-_SIZES = {"vrx, 5 waves": (1024, 262_144), "vrx, 60 waves": (1024, 262_144), "marine, 60 waves": (1024, 32_768)}
+_FEW, _SEED, _STEPS = 4, 7, 10
 _BOUNDS = {10: 1e-9, 60: 1e-6}
 """How far rows may be from the CPU's [m, rad] after so many seconds: the processor's exponentials and angles differ in
 their last bits."""
-_FEW, _MORE, _SEED, _STEPS, _LAUNCHES = 4, 256, 7, 10, 20
+_OBSERVED = 1e-6
+"""How far observations may be apart."""
 _ENVIRONMENT: dict[str, Any] = {"id": "vrx_mj.rl:vrx_mj/StationKeeping-v0", "waves": (0, 1), "wind_speed": (0, 6)}
-_ENVIRONMENTS, _EPISODE, _OBSERVED, _WANTED = 262_144, 100, 1e-6, 100e6
-"""Environments that are measured, steps that are compared, how far observations may be apart, and steps a second."""
 
 
-def _commanded(rows: Batch | batch.Batch, count: int, channels: int) -> None:
-    shares = np.linspace(0.1, 0.6, _FEW)[np.arange(count) % _FEW]
-    rows.command(shares[:, None] * np.ones(channels))
+class _Case(NamedTuple):
+    """A world whose rows are compared and measured."""
+
+    world: dict[str, Any]
+    rows: int
+    wanted: float
+    """Boat steps a second."""
 
 
-def _apart(world: World) -> bool:
-    """Print how far rows are from the CPU's, and whether they are equal for any number of rows; whether all is well."""
-    seeds = [_SEED + k % _FEW for k in range(_MORE)]
-    host = batch.Batch(world, _FEW, seed=seeds[:_FEW], engine="free")
-    few, more, again = (Batch(world, n, seed=seeds[:n]) for n in (_FEW, _MORE, _MORE))
-    well, reached = True, 0
-    for seconds, bound in _BOUNDS.items():
-        for _ in range(seconds - reached):
-            for rows, count in ((host, _FEW), (few, _FEW), (more, _MORE), (again, _MORE)):
-                _commanded(rows, count, len(host.channels))
-                rows.advance(round(1.0 / host.timestep))
-        reached = seconds
-        found = few.qpos.copy_to_host()
-        error = float(np.abs(found - host.qpos).max())
-        print(f"  after {seconds} s: {error:.1e} from the CPU's (bound {bound:.0e})")
-        well &= error <= bound
-    one, other = more.qpos.copy_to_host(), again.qpos.copy_to_host()
-    equal = one.tobytes() == other.tobytes() and one[:_FEW].tobytes() == found.tobytes()
-    print(f"  the same bits from run to run, and in {_FEW} and {_MORE} rows: {'yes' if equal else 'NO'}")
-    return well and equal
+_CASES = {
+    "vrx, 5 waves": _Case(
+        {"sea": {"model": "cwr", "number": 5, "scale": 1.5, "amplitude": 0.1, "period": 4.0}}, 262_144, 1e9
+    ),
+    "vrx, 60 waves": _Case({"sea": _SEA}, 262_144, 400e6),
+    "marine, 60 waves": _Case(
+        {"sea": _SEA, "physics": {"profile": "marine"}, "current": {"speed": 0.3, "var_gain": 0.05}}, 32_768, 20e6
+    ),
+}
+"""By name; what compiles longest is last."""
+_ENVIRONMENTS, _WANTED = 262_144, 100e6
+"""Environments that are measured, and steps a second."""
 
 
-def _speed(world: World, n: int) -> None:
-    """Print how many boat steps a second `n` rows make."""
-    begun = time.perf_counter()
-    rows = Batch(world, n, seed=_SEED)
-    _commanded(rows, n, len(rows.channels))
-    rows.advance(_STEPS)
-    rows.check()
-    made, start, end = time.perf_counter() - begun, cuda.event(), cuda.event()
-    start.record()
-    for _ in range(_LAUNCHES):
-        rows.advance(_STEPS)
-    end.record()
-    end.synchronize()
-    rate = n * _STEPS * _LAUNCHES / (1e-3 * cuda.event_elapsed_time(start, end))
-    print(f"  {n} rows: {rate / 1e6:.1f} million boat steps a second ({made:.1f} s to make and reset)", flush=True)
+class Extent(NamedTuple):
+    """How much is compared and measured."""
+
+    seconds: Mapping[int, float] = _BOUNDS
+    """Bounds [m, rad] after so many seconds."""
+    more: int = 256
+    """Rows of which some are compared with the CPU's."""
+    divisor: int = 1
+    """Of the numbers of rows and environments that are measured."""
+    launches: int = 20
+    """Launches that are measured."""
+    episode: int = 100
+    """Steps of an environment that are compared."""
 
 
-def _environments(gymnasium: ModuleType, torch: ModuleType) -> bool:
-    """Print how far environments are from the CPU's, and how many steps they make with tensors; whether all is well."""
-    here, there = (
-        gymnasium.make_vec(num_envs=_FEW, **_ENVIRONMENT, **how) for how in ({"engine": "free"}, {"device": "cuda"})
-    )
-    seen, found, error = here.reset(seed=_SEED)[0], there.reset(seed=_SEED)[0], 0.0
-    for number in range(_EPISODE):
-        error = max(error, float(np.abs(torch.from_dlpack(found).cpu().numpy() - seen).max()))
-        actions = np.full(seen.shape[:1] + here.single_action_space.shape, np.sin(0.1 * number), np.float32)
-        seen, found = here.step(actions)[0], there.step(torch.from_numpy(actions).cuda())[0]
-    print(f"  after {_EPISODE} steps: {error:.1e} from the CPU's (bound {_OBSERVED:.0e})")
-    many = gymnasium.make_vec(num_envs=_ENVIRONMENTS, device="cuda", **_ENVIRONMENT)
-    observation = torch.from_dlpack(many.reset(seed=_SEED)[0])
-    for launch in range(3 * _LAUNCHES):
-        if launch == _LAUNCHES:
-            torch.cuda.synchronize()
-            begun = time.perf_counter()
-        observation = torch.from_dlpack(many.step(observation[:, :4].tanh())[0])
-    torch.cuda.synchronize()
-    rate = _ENVIRONMENTS * 2 * _LAUNCHES / (time.perf_counter() - begun)
-    text = f"{rate / 1e6:.1f} million steps a second ({_WANTED / 1e6:.0f} wanted)"
-    print(f"  {_ENVIRONMENTS} environments: {text}", flush=True)
-    return error <= _OBSERVED
+class _Check:
+    """One run of all comparisons and measurements."""
 
+    def __init__(self, extent: Extent, torch: ModuleType | None, gymnasium: ModuleType | None) -> None:
+        self._extent, self._torch, self._gymnasium = extent, torch, gymnasium
+        self.card = str(getattr(cuda.get_current_device(), "name", "numba's simulator"))
+        self.verdicts: list[str] = []
+        self.well = True
 
-def _graph(world: World, torch: ModuleType) -> bool:
-    """Print whether steps that a CUDA graph replays are those of plain calls, to the bit."""
-    stream, graph = torch.cuda.Stream(), torch.cuda.CUDAGraph()
-    with torch.cuda.stream(stream):
-        captured, plain = (Batch(world, _MORE, seed=_SEED, stream=stream.cuda_stream) for _ in range(2))
-        actions = torch.full((_MORE, len(plain.channels)), 0.3, device="cuda")
-        for rows in (captured, plain, plain, plain):  # the first call compiles
-            rows.step(actions, duration=0.1)
-            rows.observe()
-    stream.synchronize()
-    with torch.cuda.graph(graph, stream=stream):
-        captured.step(actions, duration=0.1)
-        captured.observe()
-    for _ in range(2):
-        graph.replay()
-    torch.cuda.synchronize()
-    equal = captured.qpos.copy_to_host().tobytes() == plain.qpos.copy_to_host().tobytes()
-    print(f"  the same bits from a CUDA graph: {'yes' if equal else 'NO'}")
-    return equal
+    def judge(self, text: str, good: bool) -> None:
+        """Print what must be so."""
+        self.well &= good
+        print(f"  {text}: {'yes' if good else 'NO'}", flush=True)
+        self.verdicts.append(f"{text}: {'yes' if good else 'NO'}")
 
+    def rate(self, what: str, rate: float, wanted: float | None = None) -> None:
+        """Print a speed [1/s] and what is wanted of it."""
+        text = f"{what}: {rate / 1e6:.1f} million a second"
+        print(f"  {text}", flush=True)
+        if wanted is not None:
+            self.verdicts.append(f"{text}, wanted {wanted / 1e6:.0f}: {'met' if rate >= wanted else 'NOT MET'}")
 
-def main() -> int:
-    """Compare and measure every world."""
-    fleet = {"usv_count": 1, "thrusters": "H", "engines": "fixed", "sensors": "none", "positions": [{"x": 0, "y": 0}]}
-    well = True
-    for name, more in _WORLDS.items():
-        world = compile_world({"physics": {"profile": "vrx"}, "wind": _WIND, **more}, fleet=fleet)
-        print(f"{name}:", flush=True)
+    def compare(self, name: str, world: World) -> None:
+        """Rows beside the CPU's, and for two numbers of rows."""
+        more = self._extent.more
+        seeds = [_SEED + k % _FEW for k in range(more)]
+        host = batch.Batch(world, _FEW, seed=seeds[:_FEW], engine="free")
+        few, many, again = (Batch(world, n, seed=seeds[:n]) for n in (_FEW, more, more))
+        reached, found = 0, host.qpos
+        for seconds, bound in self._extent.seconds.items():
+            for _ in range(seconds - reached):
+                for rows, count in ((host, _FEW), (few, _FEW), (many, more), (again, more)):
+                    _command(rows, count)
+                    rows.advance(round(1.0 / host.timestep))
+            reached, found = seconds, few.qpos.copy_to_host()
+            error = float(np.abs(found - host.qpos).max())
+            self.judge(f"{name}, {seconds} s: {error:.1e} from the CPU's, within {bound:.0e}", error <= bound)
+        one, other = many.qpos.copy_to_host(), again.qpos.copy_to_host()
+        equal = one.tobytes() == other.tobytes() and one[:_FEW].tobytes() == found.tobytes()
+        self.judge(f"{name}: the same bits from run to run, and in {_FEW} and {more} rows", equal)
+
+    def measure(self, name: str, world: World, n: int, wanted: float | None) -> None:
+        """Boat steps a second of `n` rows."""
         begun = time.perf_counter()
-        well &= _apart(world)
-        print(f"  compiled and compared in {time.perf_counter() - begun:.0f} s", flush=True)
-        for n in _SIZES[name]:
-            _speed(world, n)
+        rows = Batch(world, n, seed=_SEED)
+        _command(rows, n)
+        rows.advance(_STEPS)
+        rows.check()
+        made, begun = time.perf_counter() - begun, time.perf_counter()
+        for _ in range(self._extent.launches):
+            rows.advance(_STEPS)
+        cuda.synchronize()
+        rate = n * _STEPS * self._extent.launches / (time.perf_counter() - begun)
+        print(f"  {n} rows made and compiled in {made:.1f} s", flush=True)
+        self.rate(f"{name}, {n} rows, {_STEPS} steps a launch, boat steps", rate, wanted)
+
+    def environments(self) -> None:
+        """Environments beside the CPU's, and how many steps they make with tensors."""
+        if self._gymnasium is None or self._torch is None:
+            print("environments and graphs are left out: Gymnasium or PyTorch is not installed")
+            return
+        make, torch, extent = self._gymnasium.make_vec, self._torch, self._extent
+        here, there = (make(num_envs=_FEW, **_ENVIRONMENT, **how) for how in ({"engine": "free"}, {"device": "cuda"}))
+        seen, found, error = here.reset(seed=_SEED)[0], there.reset(seed=_SEED)[0], 0.0
+        for number in range(extent.episode):
+            error = max(error, float(np.abs(torch.from_dlpack(found).cpu().numpy() - seen).max()))
+            actions = np.full(seen.shape[:1] + here.single_action_space.shape, np.sin(0.1 * number), np.float32)
+            seen, found = here.step(actions)[0], there.step(torch.from_numpy(actions).cuda())[0]
+        text = f"environments, {extent.episode} steps: {error:.1e} from the CPU's, within {_OBSERVED:.0e}"
+        self.judge(text, error <= _OBSERVED)
+        n, warm, begun = _ENVIRONMENTS // extent.divisor, extent.launches, time.perf_counter()
+        many = make(num_envs=n, device="cuda", **_ENVIRONMENT)
+        observation = torch.from_dlpack(many.reset(seed=_SEED)[0])
+        print(f"  {n} environments made and reset in {time.perf_counter() - begun:.1f} s", flush=True)
+        for step in range(3 * warm):
+            if step == warm:
+                torch.cuda.synchronize()
+                begun = time.perf_counter()
+            observation = torch.from_dlpack(many.step(observation[:, :4].tanh())[0])
+        torch.cuda.synchronize()
+        rate = n * 2 * warm / (time.perf_counter() - begun)
+        self.rate(f"StationKeeping, {n} environments with tensors, steps", rate, _WANTED)
+
+    def graph(self, world: World) -> None:
+        """Steps that a CUDA graph replays beside plain calls."""
+        if self._torch is None:
+            return
+        torch, more = self._torch, self._extent.more
+        stream, graph = torch.cuda.Stream(), torch.cuda.CUDAGraph()
+        with torch.cuda.stream(stream):
+            captured, plain = (Batch(world, more, seed=_SEED, stream=stream.cuda_stream) for _ in range(2))
+            actions = torch.full((more, len(plain.channels)), 0.3, device="cuda")
+            for rows in (captured, plain, plain, plain):  # the first call compiles
+                rows.step(actions, duration=0.1)
+                rows.observe()
+        stream.synchronize()
+        with torch.cuda.graph(graph, stream=stream):
+            captured.step(actions, duration=0.1)
+            captured.observe()
+        for _ in range(2):
+            graph.replay()
+        torch.cuda.synchronize()
+        equal = captured.qpos.copy_to_host().tobytes() == plain.qpos.copy_to_host().tobytes()
+        self.judge("the same bits from a CUDA graph", equal)
+
+
+def _command(rows: Batch | batch.Batch, count: int) -> None:
+    shares = np.linspace(0.1, 0.6, _FEW)[np.arange(count) % _FEW]
+    rows.command(shares[:, None] * np.ones(len(rows.channels)))
+
+
+def _found(name: str) -> ModuleType | None:
     try:
-        gymnasium, torch = map(importlib.import_module, ("gymnasium", "torch"))
-    except ModuleNotFoundError as error:
-        print(f"environments are not measured: {error.name} is not installed")
-    else:
-        print("StationKeeping, 3 waves of each row's own:", flush=True)
-        well &= _environments(gymnasium, torch)
-        well &= _graph(world, torch)
-    return 0 if well else 1
+        return importlib.import_module(name)
+    except ModuleNotFoundError:
+        return None
+
+
+def main(extent: Extent = Extent()) -> int:  # noqa: B008  (it is a tuple of numbers)
+    """Compare and measure every world; 1 where something differs.
+
+    Raises:
+        CommandError: there is no graphics processor, or not enough memory.
+    """
+    check_driver()
+    begun, check = time.perf_counter(), _Check(extent, _found("torch"), _found("gymnasium"))
+    print(check.card, flush=True)
+    fleet = {"usv_count": 1, "thrusters": "H", "engines": "fixed", "sensors": "none", "positions": [{"x": 0, "y": 0}]}
+    for number, (name, case) in enumerate(_CASES.items()):
+        world = compile_world({"physics": {"profile": "vrx"}, "wind": _WIND, **case.world}, fleet=fleet)
+        print(f"{name}:", flush=True)
+        check.compare(name, world)
+        check.measure(name, world, max(1, 1024 // extent.divisor), None)
+        check.measure(name, world, case.rows // extent.divisor, case.wanted)
+        if not number:
+            print("StationKeeping, 3 waves of each row's own:", flush=True)
+            check.environments()
+            check.graph(world)
+    print(f"verdicts, after {time.perf_counter() - begun:.0f} s:", *check.verdicts, sep=f"\n{check.card}: ", flush=True)
+    return 0 if check.well else 1
 
 
 if __name__ == "__main__":
     try:
-        device = cuda.get_current_device() if cuda.is_available() else None
-        print(device.name.decode() if device else "no device", flush=True)
         sys.exit(main())
     except VrxError as error:
         sys.exit(str(error))

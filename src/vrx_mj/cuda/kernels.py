@@ -93,15 +93,13 @@ def launcher(function: Callable[..., None], rows: int, waves: int, stream: Strea
     """
     with warnings.catch_warnings():  # a few rows leave most of a processor idle
         warnings.simplefilter("ignore")
-        kernel = _compiled(function, None if waves <= _FEW_WAVES else _REGISTERS)
+        kernel = cuda.jit(function) if SIMULATED else _compiled(function, None if waves <= _FEW_WAVES else _REGISTERS)
         found: Callable[..., None] = kernel[(rows + _BLOCK - 1) // _BLOCK, _BLOCK, stream]
     return found
 
 
 @cache
 def _compiled(function: Callable[..., None], registers: int | None) -> Any:
-    if SIMULATED:
-        return cuda.jit(function)
     folder, before = cache_folder(), config.CACHE_DIR
     if folder:
         config.CACHE_DIR = str(folder / f"cuda{registers or ''}-{numba_cuda.__version__}")

@@ -51,7 +51,7 @@ from vrx_mj.physics.motion import (
     velocity_of,
     zero_wrench,
 )  # fmt: skip
-from vrx_mj.physics.tables import Record, Table, Waves
+from vrx_mj.physics.tables import OwnWaves, Record, Table, Waves
 from vrx_mj.physics.volumes import submerged_part
 from vrx_mj.physics.waves import surface_height
 
@@ -110,12 +110,13 @@ def water_rise(state: Record, height: float, dt: float) -> float:
 
 @kernel
 def water_at_elements(
-    body: Record, elements: Table, water: Table, motion: Motion, waves: Waves, sea: Record, t: float, dt: float
-) -> None:
+    body: Record, elements: Table, water: Table, motion: Motion, waves: Waves, sea: Record, t: float, dt: float,
+    own: OwnWaves = None,
+) -> None:  # fmt: skip
     """Keep in `water` the surface's height [m] at each of the link's elements, and how fast [m/s] it rose there."""
     for i in range(body.element_start, body.element_start + body.element_count):
         x, y, _ = place_of(motion, elements[i].position)
-        height = surface_height(waves, sea, x, y, t)
+        height = surface_height(waves, sea, x, y, t, own)
         water[i].rise = (height - water[i].height) / dt
         water[i].height = height
 

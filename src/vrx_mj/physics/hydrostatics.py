@@ -16,7 +16,7 @@ import math
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Vector, Wrench, minus, motion_at_rest, rotate
-from vrx_mj.physics.tables import Record, Table, Waves
+from vrx_mj.physics.tables import OwnWaves, Record, Table, Waves
 from vrx_mj.physics.waves import elevation, ramp
 
 _STEPS = 100
@@ -56,7 +56,9 @@ def station_force(hull: Record, station: Record, depth: float) -> float:
 
 
 @kernel
-def hydrostatics(hull: Record, stations: Table, waves: Waves, sea: Record, motion: Motion, t: float) -> Wrench:
+def hydrostatics(
+    hull: Record, stations: Table, waves: Waves, sea: Record, motion: Motion, t: float, own: OwnWaves = None
+) -> Wrench:
     """Return the water's lift on the hull: world axes, about `hull.link_com`, at time `t` [s].
 
     Each station samples the sea where it is in the world. VRX's quirk is kept: a station sits at b from the
@@ -68,7 +70,7 @@ def hydrostatics(hull: Record, stations: Table, waves: Waves, sea: Record, motio
     for i in range(hull.station_start, hull.station_start + hull.station_count):
         station = stations[i]
         lx, ly, lz = rotate(motion, station.position)
-        height = grown * elevation(waves, motion.x + lx, motion.y + ly, t)
+        height = grown * elevation(waves, motion.x + lx, motion.y + ly, t, own)
         force = station_force(hull, station, mean + height - lz)
         fz += force
         tx += ly * force

@@ -25,7 +25,7 @@ from vrx_mj.physics.motion import (
     velocity_of,
     with_velocity,
 )
-from vrx_mj.physics.tables import Record, Table, Waves
+from vrx_mj.physics.tables import OwnWaves, Record, Table, Waves
 from vrx_mj.physics.waves import (
     bottom_share,
     decay,
@@ -33,6 +33,9 @@ from vrx_mj.physics.waves import (
     elevation,
     mean_share,
     motion_of_columns,
+    own_phase,
+    own_size,
+    phase_gained,
     phase_since,
     ramp,
     slope_share,
@@ -80,7 +83,9 @@ def surface_slope(waves: Table, sea: Record, x: float, y: float, t: float) -> _S
 
 
 @kernel
-def surface_plane(waves: Table, sea: Record, reach: Vector, x: float, y: float, t: float) -> Vector:
+def surface_plane(
+    waves: Table, sea: Record, reach: Vector, x: float, y: float, t: float, own: OwnWaves = None
+) -> Vector:
     """Return height [m] and slopes toward east and north of the plane that fits the grown sea best over a waterplane.
 
     `reach` is that of `orbital_turning`, and (x, y) [m] the waterplane's middle.
@@ -89,10 +94,10 @@ def surface_plane(waves: Table, sea: Record, reach: Vector, x: float, y: float, 
     for i in range(waves.size):
         wave = waves[i]
         k_east, k_north = wave.wavenumber * wave.direction[0], wave.wavenumber * wave.direction[1]
-        cos, sin = cosine_and_sine(wave_phase(wave, x, y, t))
-        s = spread_squared(reach, k_east, k_north)
-        height += wave.amplitude * mean_share(s) * cos
-        rise = wave.amplitude * slope_share(s) * sin
+        cos, sin = cosine_and_sine(phase_gained(wave, x, y, t) + own_phase(waves, own, i))
+        s, amplitude = spread_squared(reach, k_east, k_north), own_size(wave.amplitude, waves, own, i)
+        height += amplitude * mean_share(s) * cos
+        rise = amplitude * slope_share(s) * sin
         east -= k_east * rise
         north -= k_north * rise
     grown = ramp(sea, t)

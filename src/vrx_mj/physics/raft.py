@@ -78,7 +78,7 @@ def block_load(
     for k in range(18):
         work[index].frame[k] = frame[k]
     body = _motion_at(frame, block.offset)
-    height = surface_height(waves, sea, body.x, body.y, time)
+    height = surface_height(waves, sea, body.x, body.y, time, a.own_waves)
     rise = water_rise(a.block_state[index], height, dt)
     velocity = rotate(body, velocity_of(body))
     sums = _sums_of_step(block, a.elements, a.element_state, body, height, velocity[2] - rise, dt)

@@ -11,6 +11,12 @@ import numpy.typing as npt
 Table = npt.NDArray[np.void]
 Waves = Table | npt.NDArray[np.float64]
 """`WAVE`, or `wave_columns` of it. numba knows which, and leaves out what is for the other."""
+OwnWaves = npt.NDArray[np.float64] | None
+"""What rows of a batch have of their own, where their waves are else those of one `WAVE`.
+
+A factor of all heights, then (n,) phases [rad] of the waves at the origin at time 0, then (n,) factors of their
+heights: as much of it as rows differ in. An empty array, or None, is for the waves of the table.
+"""
 Record = Any
 """One row of a `Table`."""
 Views = Any

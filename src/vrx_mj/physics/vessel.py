@@ -53,7 +53,7 @@ from vrx_mj.physics.motion import (
     zero_wrench,
 )
 from vrx_mj.physics.panels import CUT, panel_wrench, still_pressures
-from vrx_mj.physics.tables import MATRIX, Record, Table, Waves
+from vrx_mj.physics.tables import MATRIX, OwnWaves, Record, Table, Waves
 from vrx_mj.physics.wave_box import BOX_MEMORY, LEVELS, ROWS, heading_of, pressures_in_waves
 from vrx_mj.physics.waves import (
     AMPLITUDE,
@@ -191,7 +191,7 @@ class HullMeshes(NamedTuple):
 
 
 @allocating_kernel
-def vessel_work(meshes: HullMeshes, waves: Table, sea: Record) -> VesselWork:
+def vessel_work(meshes: HullMeshes, waves: Table, sea: Record, own: OwnWaves = None) -> VesselWork:
     """Return memory for any of the meshes in a sea."""
     points, pairs = meshes.points.size // 3, len(meshes.pairs)
     wet, found, cut = (
@@ -200,7 +200,7 @@ def vessel_work(meshes: HullMeshes, waves: Table, sea: Record) -> VesselWork:
         zeros_in_lines(CUT, pairs // WIDTH * WIDTH + WIDTH),
     )
     polynomial = np.zeros((LEVELS, ROWS, WIDTH))
-    columns = wave_columns(waves, sea, BOX_MEMORY + 2 * meshes.parts.size)
+    columns = wave_columns(waves, sea, BOX_MEMORY + 2 * meshes.parts.size, own)
     return VesselWork(zeros_in_lines(1, points)[0], wet, found, cut, polynomial, columns)
 
 
@@ -287,7 +287,7 @@ def _at_link_com(wrench: Wrench, hull: Record, body: Motion) -> Wrench:
 @inlined_kernel
 def pressure_on_vessel(
     hull: Record, vessel: Record, meshes: HullMeshes, waves: Table, sea: Record, body: Motion, t: float,
-    work: VesselWork,
+    work: VesselWork, own: OwnWaves = None,
 ) -> Wrench:  # fmt: skip
     """Return the pressure of still water and undisturbed waves (Froude-Krylov): world axes, about `hull.link_com`.
 
@@ -300,9 +300,10 @@ def pressure_on_vessel(
         body: motion of the link.
         t: time [s].
         work: memory.
+        own: what is the run's own of `waves`; it is in the columns of `work` already.
     """
     if vessel.hydrostatics == MATRIX:
-        return _at_link_com(restoring_of_vessel(vessel, waves, sea, body, t), hull, body)
+        return _at_link_com(restoring_of_vessel(vessel, waves, sea, body, t, own), hull, body)
     return _at_link_com(_pressure_on_mesh(vessel, meshes, waves, sea, body, t, work), hull, body)
 
 
@@ -428,14 +429,16 @@ def _turned_rows(turn: Vector) -> Rows:
 
 
 @kernel
-def restoring_of_vessel(vessel: Record, waves: Table, sea: Record, body: Motion, t: float) -> Wrench:
+def restoring_of_vessel(
+    vessel: Record, waves: Table, sea: Record, body: Motion, t: float, own: OwnWaves = None
+) -> Wrench:
     """Return W n - G d of a hull with a stiffness, on the plane that fits the surface best over its waterplane.
 
     W is the weight that it carries at rest, n the plane's normal, and d = (0, 0, rise, n_y, -n_x, 0) in body axes: the
     angles of small heel and trim against the plane. The water does not pull: once less than half of W is left, the
     moments go with what is, and out of the water there is nothing.
     """
-    rise, east, north = surface_plane(waves, sea, reach_of(vessel, heading_of(body)), body.x, body.y, t)
+    rise, east, north = surface_plane(waves, sea, reach_of(vessel, heading_of(body)), body.x, body.y, t, own)
     height = sea.level + rise
     long = math.sqrt(1.0 + east * east + north * north)
     normal = unrotate(body, (-east / long, -north / long, 1.0 / long))

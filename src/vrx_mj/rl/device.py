@@ -1,7 +1,6 @@
 """An environment whose rows, arrays and episodes are on a graphics processor."""
 
-import copy
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,8 @@ from vrx_mj.errors import CommandError
 from vrx_mj.packages import importing
 from vrx_mj.rl.environment import Actions, Environment, Floats32, Info
 from vrx_mj.rl.options import PERIOD, ActionError, Seeds
+from vrx_mj.rl.problem import RowArrays
+from vrx_mj.runtime import batch
 
 arrays: Any = np
 """The library of arrays: CuPy, or NumPy where the processor is simulated."""
@@ -21,8 +22,6 @@ if not SIMULATED:
         import cupy
 
         arrays = cupy
-_PARTS = ("problem", "lost_boats", "roster")
-"""Parts of an environment whose arrays have a row for each world."""
 
 
 class DeviceEnvironment(Environment):
@@ -39,20 +38,21 @@ class DeviceEnvironment(Environment):
             CommandError: boats could touch something, or there is no graphics processor or not enough memory.
         """
         check_driver()
-        host = self._host = Environment(problem, n, **options | {"engine": "free"})
-        vars(self).update(vars(host))
-        rows = self._device = Batch.of(vars(host)["batch"])
+        super().__init__(problem, n, **options | {"engine": "free"})
+        assert isinstance(self.batch, batch.Batch), "only Score has another kind of rows"
+        rows = self._device = Batch.of(self.batch)
         if not rows.open_water:
             text = f"boats may touch something in world {rows.world.name}, which only MuJoCo can step"
-            raise CommandError(f'device cuda: {text}; take device="cpu"')
-        own = {name: copy.copy(vars(host)[name]) for name in _PARTS}
-        own["actions"] = DeviceActions(rows.boats, rows.channels, host.batch.largest)
-        for thing in (self, *own.values()):
-            vars(thing).update(_device_arrays(thing))
-        own["batch"] = vars(own["lost_boats"])["_batch"] = DeviceRows(rows)
-        vars(self).update(own)
+            raise CommandError(f'device cuda: {text}; take engine="free" and device="cpu"')
+        self._drawn = self.problem, self.lost_boats, self.roster
+        self.problem = self.problem.with_arrays(arrays.array)
+        self.lost_boats = self.lost_boats.with_arrays(arrays.array)
+        self.roster = self.roster.with_arrays(arrays.array)
+        self.seen = self.lost_boats.seen = DeviceRows(rows)
+        self.actions = DeviceActions(rows.boats, rows.channels, self.batch.largest)
+        self.steps, self._last, self._scales = map(arrays.array, (self.steps, self._last, self._scales))
         self._starts = arrays.zeros(n, np.int64)
-        self._kept: dict[str, dict[str, Any]] = {}
+        self._kept: tuple[RowArrays, ...] = ()
 
     def reset(self, rows: BoolArray, seed: Seeds) -> Floats32:
         """Draw starts, and begin an episode in all rows, (n,).
@@ -64,13 +64,13 @@ class DeviceEnvironment(Environment):
         if not rows.all():
             text = 'leave out `reset_mask`, or take device="cpu"'
             raise CommandError(f"device cuda: rows reset by themselves; {text}")
-        self._host.reset(rows, seed)
+        which = np.arange(len(rows))
+        self.generators.seed(which, seed)
+        self.episodes.begin(which)
         self._device.keep()
-        self._kept = {name: _device_arrays(vars(self._host)[name]) for name in _PARTS}
+        self._kept = tuple(part.with_arrays(arrays.array) for part in self._drawn)
         self._starts = arrays.arange(len(rows)) - 1
         self.begin(arrays.asarray(rows))
-        self._last = np.zeros_like(self._last)
-        self._device.observe()
         return self.observe()
 
     def begin(self, begun: BoolArray) -> None:
@@ -78,15 +78,28 @@ class DeviceEnvironment(Environment):
         starts = self._starts = np.where(begun, (self._starts + 1) % len(begun), self._starts)
         self._device.begin(begun, starts)
         self.steps = np.where(begun, 0, self.steps)
-        for name, kept in self._kept.items():
-            own = vars(vars(self)[name])
-            for array, values in kept.items():
-                wide = begun.reshape(-1, *[1] * (values.ndim - 1))
-                own[array] = np.where(wide, values[starts], own[array])
+        self._last = np.where(begun[:, None, None], np.float32(0.0), self._last)
+        for part, kept in zip((self.problem, self.lost_boats, self.roster), self._kept, strict=True):
+            for name in part.row_arrays:
+                values, own = getattr(kept, name), getattr(part, name)
+                setattr(part, name, np.where(begun.reshape(-1, *[1] * (values.ndim - 1)), values[starts], own))
+
+    def observe(self) -> Floats32:
+        """What all boats observe now, (n, boats, features)."""
+        self._device.observe()
+        return super().observe()
+
+    def any_of(self, rows: BoolArray) -> bool:
+        """Whether any of these rows may need something: the host would wait for the device to know."""
+        return True
 
     def info(self, facts: Mapping[str, npt.NDArray[np.generic]], rows: BoolArray) -> Info:
         """The facts of all rows, without masks, for which the host would wait for the device."""
         return dict(facts)
+
+    def final_info(self, facts: Mapping[str, npt.NDArray[np.generic]], observation: Floats32, ended: BoolArray) -> Info:
+        """Observations, (n, features), and facts of all rows after the step: the last of those that have `ended`."""
+        return {"final_obs": observation, "final_info": dict(facts)}
 
     def episode_info(self, rows: BoolArray) -> Info:
         """What the problem drew for the present episodes of all rows, and the number of each one's `start`, (n,)."""
@@ -95,7 +108,7 @@ class DeviceEnvironment(Environment):
     def _advance(self, going: BoolArray) -> BoolArray:
         self._device.step(self.actions.commands(self._last), duration=PERIOD, rows=going)
         self._device.observe()
-        diverged: BoolArray = self.batch.diverged
+        diverged: BoolArray = self.seen.diverged
         return diverged
 
 
@@ -121,6 +134,11 @@ class DeviceRows:
 class DeviceActions(Actions):
     """Actions as arrays on the device."""
 
+    def __init__(self, boats: Sequence[str], channels: Sequence[tuple[str, str]], largest: FloatArray) -> None:
+        """Take what `Actions` takes."""
+        super().__init__(boats, channels, largest)
+        self._places, self._limits = map(arrays.asarray, (self._places, self._limits))
+
     def array(self, actions: npt.ArrayLike, present: BoolArray, shape: tuple[int, ...] | None = None) -> Floats32:
         """Actions (n, 1, most), clipped to [-1, 1]: the host would wait for the device to check them.
 
@@ -131,8 +149,3 @@ class DeviceActions(Actions):
         if tuple(given.shape) != shape:
             raise ActionError(f"invalid actions of shape {tuple(given.shape)}: {shape} is needed")
         return given.astype(np.float32).clip(-1.0, 1.0).reshape(*present.shape, self.most)
-
-
-def _device_arrays(thing: object) -> dict[str, Any]:
-    """Copies on the device of all arrays among a thing's attributes."""
-    return {name: arrays.array(own) for name, own in vars(thing).items() if isinstance(own, np.ndarray)}

@@ -27,7 +27,20 @@ from vrx_mj.rl.options import (
     step_limit,
 )
 from vrx_mj.rl.picture import Picture
-from vrx_mj.rl.problem import OWN, Entry, Judged, Problem, RefereedRow, Rows, Spot, Team, mean_of, team_of
+from vrx_mj.rl.problem import (
+    OWN,
+    Entry,
+    Judged,
+    Problem,
+    RefereedRow,
+    RowArrays,
+    Rows,
+    SeenRows,
+    Spot,
+    Team,
+    mean_of,
+    team_of,
+)
 from vrx_mj.rl.problems import PROBLEMS, SCORE
 from vrx_mj.runtime.batch import Batch, Engine
 
@@ -52,11 +65,14 @@ _SPACING = 12.0
 """Distance between boats where a fleet is compiled [m]; problems but `Score` put them elsewhere."""
 
 
-class LostBoats:
+class LostBoats(RowArrays):
     """Which boats of a batch are lost, (n, boats)."""
+
+    row_arrays = ("_rest",)
 
     def __init__(self, batch: Rows) -> None:
         self._batch = batch
+        self.seen: SeenRows = batch
         self._rest = np.zeros((batch.n, len(batch.boats)))
 
     def launch(self, boat: int, rows: IntArray, spots: FloatArray) -> None:
@@ -75,20 +91,22 @@ class LostBoats:
 
     def capsized_boats(self) -> BoolArray:
         """Which boats lie upside down, or nearly so."""
-        features = self._batch.features
+        features = self.seen.features
         x, y = features[..., 4], features[..., 5]
         over: BoolArray = 1.0 - 2.0 * (x * x + y * y) < np.cos(CAPSIZED)
         return over
 
     def _heights(self) -> FloatArray:
         """Heights of the boats' origins over the surface [m]; NaN of those that have diverged."""
-        features = self._batch.features
-        heights: FloatArray = features[..., 2] - self._batch.sea_height(features[..., 0], features[..., 1])
+        features = self.seen.features
+        heights: FloatArray = features[..., 2] - self.seen.sea_height(features[..., 0], features[..., 1])
         return heights
 
 
-class Roster:
+class Roster(RowArrays):
     """The boats of `n` worlds: who is present, (n, boats), and when each joins and leaves, in steps."""
+
+    row_arrays = ("present", "_joins", "_leaves")
 
     def __init__(self, problem: Problem, lost: LostBoats, *, moving: tuple[float, float] | None, most: int) -> None:
         """Take the chances, 0 to 1, that a boat joins late and leaves early, and the steps of an episode.
@@ -205,6 +223,32 @@ class Outcome(NamedTuple):
     """The problem's facts, (n,) or (n, boats) each."""
 
 
+class Episodes:
+    """What begins episodes of rows: draws what they have of their own, and puts their boats into the water."""
+
+    def __init__(
+        self, batch: Rows, problem: Problem, roster: Roster, variety: Variety, generators: Generators,
+        neighbours: Neighbours | None,
+    ) -> None:  # fmt: skip
+        """Take the parts of an environment."""
+        self._batch, self._problem, self._roster = batch, problem, roster
+        self._variety, self._generators, self._neighbours = variety, generators, neighbours
+
+    def begin(self, rows: IntArray) -> None:
+        """Begin episodes in rows."""
+        random, batch, roster = self._generators.of(rows), self._batch, self._roster
+        self._variety.draw(rows, random)
+        batch.reset(rows, seed=[int(own.integers(2**31)) for own in random])
+        company = self._neighbours is not None
+        keys = np.array([own.integers(2**64, dtype=np.uint64) for own in random if company], np.uint64)
+        roster.begin(rows, random)
+        team, begun = team_of(batch.features, batch.wind, roster.present.copy()), np.zeros_like(roster.present)
+        begun[rows] = True
+        self._problem.begin(team.present & begun, team)
+        if self._neighbours is not None:
+            self._neighbours.begin(rows, keys, team)
+
+
 class Environment:
     """`n` rows of a problem: their worlds and boats, what the boats observe, and what a step is worth to them."""
 
@@ -232,6 +276,7 @@ class Environment:
             check_name("engine of Score", engine, ["mujoco"])
         alone = problem == SCORE
         self.batch = RefereedRow(compiled) if alone else Batch(compiled, n, threads=threads, engine=engine)
+        self.seen: SeenRows = self.batch
         self.problem = PROBLEMS[problem](self.batch)
         self.most = step_limit(duration, max_episode_steps, self.problem.duration)
         self._horizon = episode_steps(self.problem.duration if duration is None else duration)
@@ -242,6 +287,7 @@ class Environment:
         self.generators, self.picture = Generators(n), Picture(compiled, *size)
         self.steps, self._last = np.zeros(n, np.int64), np.zeros((n, self.problem.size, self.actions.most), np.float32)
         self._neighbours = None if team is None else Neighbours(n, self.problem.size, team.view)
+        self.episodes = Episodes(self.batch, self.problem, self.roster, self.variety, self.generators, self._neighbours)
         seen = () if team is None else team.view.entries()
         if team is None:
             previous = [f"previous action: {name}" for _, name in self.batch.channels]
@@ -267,17 +313,23 @@ class Environment:
         rows = np.flatnonzero(begun)
         if not len(rows):
             return
-        random = self.generators.of(rows)
-        self.variety.draw(rows, random)
-        self.batch.reset(rows, seed=[int(own.integers(2**31)) for own in random])
-        company = self._neighbours is not None
-        keys = np.array([own.integers(2**64, dtype=np.uint64) for own in random if company], np.uint64)
-        self.roster.begin(rows, random)
+        self.episodes.begin(rows)
         self.steps[rows], self._last[rows] = 0, 0.0
-        team = self.team()
-        self.problem.begin(team.present & begun[:, None], team)
-        if self._neighbours is not None:
-            self._neighbours.begin(rows, keys, team)
+
+    def any_of(self, rows: BoolArray) -> bool:
+        """Whether any of these rows, (n,), needs something."""
+        return bool(rows.any())
+
+    def final_info(self, facts: Mapping[str, npt.NDArray[np.generic]], observation: Floats32, ended: BoolArray) -> Info:
+        """`info` for the last observations and facts of the rows whose episodes have just ended, (n,); None for others.
+
+        `observation` is (n, features).
+        """
+        seen = np.full(len(observation), None, object)
+        for row in np.flatnonzero(ended).tolist():
+            seen[row] = observation[row].copy()
+        own = {"final_obs": seen, "final_info": self.info(facts, ended)}
+        return own | {f"_{name}": ended.copy() for name in own}
 
     def info(self, facts: Mapping[str, npt.NDArray[np.generic]], rows: BoolArray) -> Info:
         """`info` for the facts of some rows, (n, ...): zeros for other rows, a mask `_NAME` for each; {} for no row."""
@@ -330,7 +382,7 @@ class Environment:
 
     def team(self) -> Team:
         """The boats now."""
-        return team_of(self.batch.features, self.batch.wind, self.roster.present.copy())
+        return team_of(self.seen.features, self.seen.wind, self.roster.present.copy())
 
     def _observe(self, team: Team) -> Floats32:
         """What is observed; of a team, absent boats observe zeros. What is NaN, after divergence, is 0."""
@@ -347,7 +399,7 @@ class Environment:
         rows = np.flatnonzero(going)
         with contextlib.suppress(DivergedError):
             self.batch.step(self.actions.commands(self._last[rows]), duration=PERIOD, rows=rows)
-        return self.batch.diverged.copy()
+        return self.seen.diverged.copy()
 
     def _team_after_joining(self, team: Team, rows: BoolArray) -> Team:
         """The team after boats have joined some rows, (n,)."""

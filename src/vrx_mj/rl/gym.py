@@ -1,6 +1,6 @@
 """Gymnasium environments with one boat each, one at a time or thousands; importing this module registers them."""
 
-from typing import Any, Literal, SupportsFloat, get_args
+from typing import Any, SupportsFloat, get_args
 
 import gymnasium
 import numpy as np
@@ -15,6 +15,7 @@ from vrx_mj.mjcf.compile import Source
 from vrx_mj.rl.environment import BOUND, Environment, Floats32, Info, ProblemRows
 from vrx_mj.rl.options import (
     PERIOD,
+    Device,
     Range,
     Seeds,
     as_actions,
@@ -27,8 +28,6 @@ from vrx_mj.rl.options import (
 from vrx_mj.rl.problems import ALONE, PROBLEMS
 from vrx_mj.runtime.batch import Engine
 
-Device = Literal["cpu", "cuda"]
-"""Where rows and their arrays are."""
 _Arrays = tuple[Floats32, FloatArray, BoolArray, BoolArray, Info]
 
 
@@ -85,8 +84,9 @@ class VectorEnv(ProblemRows, gymnasium.vector.VectorEnv[Floats32, Floats32, npt.
             threads: number of threads, as for `vrx_mj.Batch`.
             engine: what integrates, `mujoco` or `free`, as for `vrx_mj.Batch`.
             device: where rows and arrays are: with `cuda` on a graphics processor, where the engine is `free`; see
-                `rl.device.DeviceEnvironment`. Arrays are CuPy's, and `info` has those of all rows, without masks.
-                Actions, of any library on the processor, are clipped, not checked.
+                `rl.device.DeviceEnvironment`. Arrays are CuPy's, and `info` has those of all rows, without masks, as
+                have `final_obs`, (num_envs, features), and `final_info`. Actions, of any library on the processor, are
+                clipped, not checked.
             render_mode: None, rgb_array, or rgb_array_list, which draws in every step, for `render` to return all.
             width: width of the pictures [pixels].
             height: height of the pictures [pixels].
@@ -126,8 +126,9 @@ class VectorEnv(ProblemRows, gymnasium.vector.VectorEnv[Floats32, Floats32, npt.
         """The kind of environment for a device; gymnasium.error.Error: it has no pictures, or no such mode."""
         if device == "cpu":
             return Environment
-        if self.render_mode is not None or self._mode is not AutoresetMode.NEXT_STEP:
-            raise gymnasium.error.Error("device cuda: use make_vec, without render_mode, with autoreset_mode NextStep")
+        if self.render_mode is not None or self._mode is AutoresetMode.DISABLED:
+            text = "use make_vec, without render_mode, with autoreset_mode NextStep or SameStep"
+            raise gymnasium.error.Error(f"device cuda: {text}")
         from vrx_mj.rl.device import DeviceEnvironment
 
         return DeviceEnvironment
@@ -167,8 +168,8 @@ class VectorEnv(ProblemRows, gymnasium.vector.VectorEnv[Floats32, Floats32, npt.
         }
         begun, over = outcome.idle, done | cut
         info = core.info(facts, ~begun)
-        if self._mode is AutoresetMode.SAME_STEP and over.any():
-            info, begun = core.info(facts, ~over) | _final(core.info(facts, over), observation, over), over
+        if self._mode is AutoresetMode.SAME_STEP and core.any_of(over):
+            info, begun = core.info(facts, ~over) | core.final_info(facts, observation, over), over
             core.begin(over)
             observation = core.observe()[:, 0]
         self._film(begun)
@@ -291,14 +292,6 @@ def _alone(info: Info) -> Info:
     """`info` of the only row: plain numbers, and copies of arrays."""
     own = {name: value[0] for name, value in info.items() if not name.startswith("_")}
     return {name: value.copy() if np.ndim(value) else value.item() for name, value in own.items()}
-
-
-def _final(info: Info, observation: Floats32, ended: BoolArray) -> Info:
-    """`info` for the last observations and `info` of the rows whose episodes have just ended, (n,); None for others."""
-    seen = np.full(len(observation), None, object)
-    for row in np.flatnonzero(ended).tolist():
-        seen[row] = observation[row].copy()
-    return {"final_obs": seen, "_final_obs": ended.copy(), "final_info": info, "_final_info": ended.copy()}
 
 
 for _name in ALONE:

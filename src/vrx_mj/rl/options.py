@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeGuard
+from typing import Any, Literal, TypeGuard
 
 import gymnasium
 import numpy as np
@@ -16,6 +16,8 @@ from vrx_mj.rl.neighbours import NeighbourView
 from vrx_mj.rl.problem import RefereedRow, Rows
 from vrx_mj.runtime.batch import Batch
 
+Device = Literal["cpu", "cuda"]
+"""Where rows and their arrays are."""
 PERIOD = 0.1
 """Duration of an action [s]: 10 physics steps."""
 _ROUNDING = 1e-6

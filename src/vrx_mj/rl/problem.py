@@ -3,9 +3,10 @@
 A world with a referee is a batch of one row, run by a `Simulation`.
 """
 
+import copy
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from typing import Any, ClassVar, NamedTuple
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -125,6 +126,39 @@ Rows = Batch | RefereedRow
 """What an environment advances."""
 
 
+class SeenRows(Protocol):
+    """What a step reads of rows, by the names of `vrx_mj.Batch`."""
+
+    @property
+    def features(self) -> FloatArray:
+        """(n, boats, 13)."""
+
+    @property
+    def wind(self) -> FloatArray:
+        """(n, 2) [m/s]."""
+
+    @property
+    def diverged(self) -> BoolArray:
+        """(n,)."""
+
+    def sea_height(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """(n, boats) [m], at the boats."""
+
+
+class RowArrays:
+    """Something whose state is in arrays with a row for each world."""
+
+    row_arrays: ClassVar[tuple[str, ...]] = ()
+    """Their attributes' names."""
+
+    def with_arrays(self, convert: Callable[[npt.NDArray[Any]], npt.NDArray[Any]]) -> Self:
+        """A copy with what `convert` makes of these arrays."""
+        made = copy.copy(self)
+        for name in self.row_arrays:
+            setattr(made, name, convert(getattr(self, name)))
+        return made
+
+
 Spot = tuple[float, float, float, float]
 """Where a boat starts: x, y [m], heading [rad], and surge velocity [m/s]."""
 
@@ -224,7 +258,7 @@ def open_water(**more: object) -> dict[str, Any]:
     } | more  # fmt: skip
 
 
-class Problem(ABC):
+class Problem(RowArrays, ABC):
     """A task for the boats of `n` worlds; each boat also observes its own motion and its neighbours."""
 
     world: ClassVar[Mapping[str, Any]] = open_water()

@@ -4,7 +4,7 @@
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, ClassVar
+from typing import Any, ClassVar, get_args
 
 import gymnasium
 import numpy as np
@@ -19,6 +19,7 @@ from vrx_mj.rl.environment import BOUND, Environment, Floats32, Info, ProblemRow
 from vrx_mj.rl.options import (
     PERIOD,
     ActionError,
+    Device,
     Range,
     Seeds,
     as_actions,
@@ -85,6 +86,7 @@ class TeamVectorEnv(ProblemRows):
         leaving: float = 0.0,
         threads: int | None = None,
         engine: Engine = "mujoco",
+        device: Device = "cpu",
         render_mode: str | None = None,
         width: int = 480,
         height: int = 320,
@@ -109,6 +111,7 @@ class TeamVectorEnv(ProblemRows):
             leaving: share of them that leave in its second half; they are truncated.
             threads: number of threads, as for `vrx_mj.Batch`.
             engine: what integrates, `mujoco` or `free`, as for `vrx_mj.Batch`; Score has `mujoco` alone.
+            device: `cpu`; a graphics processor has no contacts, and boats of a team can touch each other.
             render_mode: None, rgb_array, or human, which draws in the terminal.
             width: width of the pictures [pixels].
             height: height of the pictures [pixels].
@@ -125,6 +128,10 @@ class TeamVectorEnv(ProblemRows):
         view, self._share = neighbour_view(neighbours, range, noise, delay), team_share(reward)
         moving = chance("joining", joining), chance("leaving", leaving)
         check_name("problem", problem, (*TEAMS, SCORE))
+        check_name("device", device, get_args(Device))
+        if device != "cpu":
+            text = "boats of a team may touch each other, which only MuJoCo can step"
+            raise gymnasium.error.Error(f'device {device}: {text}; leave out `device`, and take engine="free"')
         self.num_envs, self.render_mode, self.autoreset = num_envs, render_mode, as_flag("autoreset", autoreset)
         self._core = Environment(
             problem, num_envs, world=world, fleet=fleet, team=TeamOptions(boats, view, moving), duration=duration,

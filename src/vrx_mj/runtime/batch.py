@@ -122,7 +122,7 @@ class Batch:
         self._pool = ThreadPool(int(threads or thread_count()))
         check_memory(self.n, row_bytes(arrays))
         with allocating(self.n, arrays.data):
-            self._rows = RowTables(arrays, self.n)
+            self._rows = RowTables(arrays, self.n, world.parameters.sea)
         self._variation, self._equilibrium = Variation(world, self._rows), Equilibrium(self._rows)
         self._channels = tuple(one for one in channels_of(world) if one.acts)
         columns = [(one.row, one.column != "command") for one in self._channels]
@@ -431,7 +431,7 @@ class Batch:
     @in_turn
     def waves(self, row: int) -> Table:
         """Waves of a row's sea, a copy: records of amplitude [m], wavenumber, frequency, direction and phase [rad]."""
-        return self._rows.part("waves", as_int("row", row, 0, self.n - 1)).copy()
+        return self._rows.part("waves", as_int("row", row, 0, self.n - 1))
 
     @in_turn
     def sea_height(self, x: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
@@ -445,7 +445,7 @@ class Batch:
             text = f"({self.n}, points) of both is needed"
             raise CommandError(f"invalid x and y of shapes {east.shape} and {north.shape}: {text}")
         out, stacks = np.empty(east.shape), self._rows.stacks
-        row_heights(stacks["waves"], stacks["sea"], east, north, self._rows.time, out)
+        row_heights(stacks["waves"], stacks["own_waves"], stacks["sea"], east, north, self._rows.time, out)
         return out
 
     @in_turn

@@ -79,7 +79,7 @@ EFFECTS = (
     Effect(
         "hydrostatics",
         Hulls.STATIONS,
-        lambda hull, now, a: hydrostatics(hull, a.stations, now.waves, a.sea[0], now.body, now.time),
+        lambda hull, now, a: hydrostatics(hull, a.stations, now.waves, a.sea[0], now.body, now.time, a.own_waves),
     ),
     Effect("hydrostatics", Hulls.VESSELS, lambda hull, now, a: now.pressure),
     Effect("drag", Hulls.STATIONS, lambda hull, now, a: drag_on_hull(hull, now.through)),
@@ -203,7 +203,7 @@ def _around_vessel(
     water = water_motion(hull, vessel.buoyancy, body, work.columns, a, time, dt, turns)
     level = motion_through(water, body)
     through = turned_with(level, water.turning, vessel.buoyancy)
-    pressure = pressure_on_vessel(hull, vessel, hull_meshes(a), a.waves, a.sea[0], body, time, work)
+    pressure = pressure_on_vessel(hull, vessel, hull_meshes(a), a.waves, a.sea[0], body, time, work, a.own_waves)
     wet = wet_share(vessel, a.sea[0], pressure)
     return Conditions(work.columns, a.windage, air, water, body, through, level, pressure, wet, time, dt)
 
@@ -221,7 +221,7 @@ def hull_loads(runs: Table, index: int, time: float, dt: float, out: FloatArray)
     The run's state goes on as in the step: it is one of copies, of which `runs` has the only row.
     """
     a = views(runs[0])
-    work = vessel_work(hull_meshes(a), a.waves, a.sea[0])
+    work = vessel_work(hull_meshes(a), a.waves, a.sea[0], a.own_waves)
     push_hull(index, a, work, work.columns, weather_step(a, work, dt), time, dt, out)
 
 

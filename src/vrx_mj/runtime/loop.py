@@ -30,12 +30,12 @@ from vrx_mj.physics.motion import Motion, Wrench, add, motion, zero_wrench
 from vrx_mj.physics.raft import block_load, moor, raft_drag
 from vrx_mj.physics.tables import MARINE, VRX3, Record, Table, Waves
 from vrx_mj.physics.vessel import VesselWork, vessel_work
-from vrx_mj.physics.waves import surface_height, wave_columns
+from vrx_mj.physics.waves import row_waves, surface_height, wave_columns
 from vrx_mj.physics.wind import wind_on_float
 from vrx_mj.runtime.effects import Air, apply_wrench, hull_meshes, push_hull, weather_step
 from vrx_mj.runtime.proximity import contact_free, touch_begins
 from vrx_mj.runtime.timing import latch
-from vrx_mj.runtime.views import Views, views
+from vrx_mj.runtime.views import Views, row_views, views
 
 MAX_STATE = 1e7
 """A state beyond this [m, m/s, rad/s] has diverged."""
@@ -81,22 +81,23 @@ def advance(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
     Returns the number of steps done: fewer when the sample buffer is full, a touch has begun, or something is near and
     the run has no data of MuJoCo's; -1 when the state has diverged.
     """
-    a = views(runs[row])
-    work = vessel_work(hull_meshes(a), a.waves, a.sea[0])
-    return _advance(runs, row, time, dt, steps, work, work.columns)
+    a = row_views(runs[row])
+    work = vessel_work(hull_meshes(a), a.waves, a.sea[0], a.own_waves)
+    return _advance(runs[row], a, time, dt, steps, work, work.columns)
 
 
 @allocating_kernel
 def advance_vrx(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
     """`advance` for worlds of VRX's profiles without links, compiled without all that only others need."""
-    return _advance(runs, row, time, dt, steps, None, views(runs[row]).waves)
+    a, own = views(runs[row]), row_views(runs[row])
+    return _advance(runs[row], a, time, dt, steps, None, row_waves(a.waves, own.own_waves))
 
 
 @allocating_kernel
 def advance_vrx_sea(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
     """`advance_vrx` in a sea of many waves, several of which a processor takes at a time: with the same bits."""
-    a = views(runs[row])
-    return _advance(runs, row, time, dt, steps, None, wave_columns(a.waves, a.sea[0], 4))
+    a, own = views(runs[row]), row_views(runs[row])
+    return _advance(runs[row], a, time, dt, steps, None, wave_columns(a.waves, a.sea[0], 4, own.own_waves))
 
 
 LOOPS = advance, advance_vrx, advance_vrx_sea
@@ -104,10 +105,8 @@ LOOPS = advance, advance_vrx, advance_vrx_sea
 
 
 @expanded_kernel
-def _advance(runs: Table, row: int, time: float, dt: float, steps: int, work: VesselWork | None, waves: Waves) -> int:
+def _advance(run: Record, a: Views, time: float, dt: float, steps: int, work: VesselWork | None, waves: Waves) -> int:
     """`advance`. Where `work` is None, numba leaves out the branches that need it."""
-    run = runs[row]
-    a = views(run)
     flags = a.broadphase[0]
     added, damping = np.empty((6, 6)), np.empty((a.floats.size + a.links.size, 3))
     done, free_before, touched = 0, False, False
@@ -146,7 +145,7 @@ def advance_free(
 
     `damping` is memory, (floats, 3), and `work` that of `vessel_work`; None is for the worlds of `advance_vrx`.
     """
-    a = views(runs[row])
+    a = row_views(runs[row])
     if work is None:
         return _advance_free(a, time, dt, steps, damping, None, a.waves)
     return _advance_free(a, time, dt, steps, damping, work, work.columns)
@@ -350,9 +349,9 @@ def _flotation_of(
         water = orbital_motion(waves, a.sea[0], body.x, body.y, body.z, time, past=past)
         return flotation_in_waves(item, a.elements, body, height, (east, north, 0.0), water, ahead, load)
     if item.profile == VRX3:
-        water_at_elements(item, a.elements, a.element_state, body, waves, a.sea[0], time, dt)
+        water_at_elements(item, a.elements, a.element_state, body, waves, a.sea[0], time, dt, a.own_waves)
         return flotation(item, a.elements, a.element_state, body, 0.0, 0.0, ahead, load)
-    height = surface_height(waves, a.sea[0], body.x, body.y, time)
+    height = surface_height(waves, a.sea[0], body.x, body.y, time, a.own_waves)
     rise = water_rise(state, height, dt)
     return flotation(item, a.elements, None, body, height, rise, ahead, load)
 

@@ -200,8 +200,8 @@ class LoopArrays:
     def _weather(self, parameters: Parameters, seed: int) -> None:
         """Tables of sea, current and wind."""
         sea, current = parameters.sea, parameters.current
-        self.waves, self.sea = wave_table(sea, seed), sea_table(sea)
-        self._random_sea = sea if sea.random else None
+        self.waves, self.sea, self.own_waves = wave_table(sea, seed), sea_table(sea), np.zeros(0)
+        self.random_sea = sea if sea.random else None
         self.wind_seed, self.current_seed = parameters.wind.seed, current.seed if current else 0
         currents, airs = [current] if current else [], [parameters.air] if parameters.air else []
         self.current = tables.table_of(tables.CURRENT, currents, key=[0])
@@ -384,8 +384,8 @@ class LoopArrays:
         """Set the keys of the noise streams, of which the wind's own seed is a part, and the phases of a random sea."""
         for (table, column), drawn in self.streams(seed).items():
             getattr(self, table)[column] = drawn
-        if self._random_sea:
-            self.waves[:] = wave_table(self._random_sea, seed)
+        if self.random_sea:
+            self.waves[:] = wave_table(self.random_sea, seed)
 
     def streams(self, seed: int) -> Mapping[tuple[str, str], int | FloatArray]:
         """Keys and phases of the noise in the run of a seed, by table and column."""

@@ -20,6 +20,7 @@ from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.errors import CommandError, VrxWarning
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.numbers import Number, run_numbers, with_numbers
+from vrx_mj.model.water import Sea
 from vrx_mj.model.world import Parameters
 from vrx_mj.physics.drag import has_added_moment
 from vrx_mj.physics.free_body import FREE_BODY, free_body_row
@@ -44,8 +45,10 @@ _KEPT: Mapping[str, tuple[str, ...]] = {
     "hulls": ("mass",), "thrusters": ("gain",), "sea": (),
 }  # fmt: skip
 """Tables of the same size in all rows, and their columns that a row's run and its factors set, not its numbers."""
-_STACKED = (*SEPARATE, *_KEPT, "waves")
+_STACKED = (*SEPARATE, *_KEPT, "waves", "own_waves")
 """Tables of which rows may have a part in a stack."""
+_CHUNK = 4096
+"""Rows whose waves are written at once."""
 _DT = 1e-3
 """Time between two moments from which a boat's motion with the water is found [s]."""
 _MAX_TILT = 0.5
@@ -126,9 +129,10 @@ def _water_mass(hull: Record, vessels: Table) -> FloatArray:
 
 def row_bytes(arrays: LoopArrays) -> int:
     """Memory of a row like this run [bytes]."""
+    own = 8 * (1 + 2 * len(arrays.waves)) if arrays.random_sea else 0
     if len(arrays.free_bodies):
-        return int(RUN.itemsize + sum(getattr(arrays, name).nbytes for name in SEPARATE))
-    return _ROW_MEMORY + int(arrays.data.nbuffer)
+        return int(RUN.itemsize + own + sum(getattr(arrays, name).nbytes for name in SEPARATE))
+    return _ROW_MEMORY + own + int(arrays.data.nbuffer)
 
 
 def check_memory(n: int, each: int, most: float | None = None) -> None:
@@ -185,14 +189,15 @@ class RowTables:
     Rows of free bodies have data only from when something was near until their next reset.
     """
 
-    def __init__(self, arrays: LoopArrays, n: int) -> None:
-        """All `n` rows have the world of these arrays."""
+    def __init__(self, arrays: LoopArrays, n: int, sea: Sea) -> None:
+        """All `n` rows have the world of these arrays, and its sea."""
         model = arrays.model
         self.n, self.arrays, self._free = n, arrays, len(arrays.free_bodies) > 0
+        self.seas = RowSeas(sea, n)
         self._data: dict[int, mujoco.MjData] = {}
         self.runs = np.zeros(n, RUN)
         shared = arrays.by_name(np.zeros(3, np.int64), np.zeros((0, arrays.columns)))
-        self.stacks = {name: array[None] for name, array in shared.items()}
+        self.stacks = {name: array[None] for name, array in shared.items()} | {"waves": self.seas.table.copy()}
         """A table by its name, of all rows, (1, ...), or a part for each, (n, ...)."""
         point_rows(self.runs, **self.stacks)
         self.time, self.done = np.zeros(n), np.zeros(n, np.int64)
@@ -251,16 +256,33 @@ class RowTables:
         return stack
 
     def part(self, name: str, row: int) -> Table:
-        """The table of a row."""
-        stack = self.stacks[name]
+        """The table of a row; waves with all that is the row's own."""
+        stack = self.seas.waves(np.array([row])) if name == "waves" else self.stacks[name]
         part: Table = self._own.get(row, {}).get(name, stack[row if len(stack) > 1 else 0])
         return part
+
+    def take_seas(self, which: IntArray) -> None:
+        """Let rows go on in the seas that `seas` has for them now."""
+        seas, known = self.seas, self.stacks["own_waves"]
+        if seas.shared:
+            if known is not seas.own:
+                self.stacks["own_waves"] = seas.own
+                point_rows(self.runs, own_waves=seas.own)
+            return
+        if known.size:
+            self.stacks["own_waves"] = np.zeros((1, 0))
+            point_rows(self.runs, own_waves=self.stacks["own_waves"])
+        stack = self.stacks["waves"]
+        if len(stack) < self.n:
+            stack, which = self.separate("waves"), np.arange(self.n)
+        for rows in np.array_split(which, 1 + len(which) // _CHUNK):
+            stack[rows] = seas.waves(rows)
 
     def set_parameters(self, row: int, arrays: LoopArrays) -> None:
         """Give a row the numbers of other arrays of its world, `LoopArrays.with_parameters`, but for its waves."""
         for name, array in ARRAYS.items():
             table: Any = vars(arrays).get(name)
-            if array.use != PARAMETER or table is vars(self.arrays).get(name) or name == "waves":
+            if array.use != PARAMETER or table is vars(self.arrays).get(name) or name in {"waves", "own_waves"}:
                 continue
             if name in _KEPT:
                 part = self.separate(name)[row]
@@ -317,15 +339,17 @@ class RowTables:
         """What a copy needs for `restore`."""
         flats = {row: self.integration_state(row) for row in self._data}
         stacks = {name: self.stacks[name] for name in _STACKED}
-        return self.masses, flats, stacks, self.time, self.done, self.qpos, self.qvel
+        return self.masses, flats, stacks, self.seas, self.time, self.done, self.qpos, self.qvel
 
     def restore(
-        self, masses: FloatArray, flats: Mapping[int, FloatArray], stacks: Mapping[str, Table], *moving: Any
-    ) -> None:
+        self, masses: FloatArray, flats: Mapping[int, FloatArray], stacks: Mapping[str, Table], seas: RowSeas,
+        *moving: Any,
+    ) -> None:  # fmt: skip
         """Go on as the rows do of which this is the `snapshot`."""
         heavy = np.flatnonzero(masses != 1.0)
         self.weigh(heavy, masses[heavy])
         self.time, self.done, self.qpos, self.qvel = moving
+        self.seas = seas
         self.stacks.update(stacks)
         point_rows(self.runs, **stacks)
         if self._free:
@@ -406,13 +430,11 @@ class Variation:
     def __init__(self, world: World, rows: RowTables) -> None:
         """Start with all rows as the world is."""
         self._world, self._rows = world, rows
-        arrays = rows.arrays
-        self.seas = RowSeas(world.parameters.sea, rows.n)
-        wind = arrays.wind[0]
+        wind = rows.arrays.wind[0]
         self._usual = dict.fromkeys(_ARGUMENT_COLUMNS, 1.0) | {
             "wind_speed": float(wind["mean"]), "gusts": float(wind["gain"]), "wave_phases": 0.0,
             "wind_direction": float(np.arctan2(wind["direction"][1], wind["direction"][0])),
-            "wave_direction": self.seas.course,
+            "wave_direction": rows.seas.course,
         }  # fmt: skip
         self._values: dict[str, FloatArray] = {}
         """Arguments that were given, of each row; of phases, the largest."""
@@ -447,9 +469,11 @@ class Variation:
         for name, values in given.items():
             self._values_of(name)[which] = values
         if phases is not None or any(name.startswith("wave") for name in given):
-            waves = self.seas.change(which, given, phases)
-            self._values_of("wave_phases")[which] = np.abs(waves["phase"]).max(axis=1, initial=0.0)
-            self._rows.separate("waves")[which] = waves
+            seas = self._rows.seas
+            seas.change(which, given, phases)
+            drawn = np.abs(seas.own[which, 1 : 1 + seas.table.shape[1]])
+            self._values_of("wave_phases")[which] = drawn.max(axis=1, initial=0.0)
+            self._rows.take_seas(which)
         wind = self._rows.stacks["wind"]
         for name, column in (("wind_speed", "mean"), ("gusts", "gain")):
             if name in given:
@@ -467,16 +491,17 @@ class Variation:
 
     def draw_phases(self, which: IntArray, seeds: IntArray) -> None:
         """Draw the phases of rows' waves from their seeds, where the sea is random and none were given."""
-        if self.seas.drawn.any():
-            self._rows.separate("waves")[which] = self.seas.draw(which, seeds)
+        if self._rows.seas.drawn.any():
+            self._rows.seas.draw(which, seeds)
+            self._rows.take_seas(which)
 
     def snapshot(self) -> tuple[Any, ...]:
         """What a copy needs for `restore`."""
-        return self.seas, self._values, self._own
+        return self._values, self._own
 
-    def restore(self, seas: RowSeas, values: dict[str, FloatArray], own: defaultdict[int, dict[str, float]]) -> None:
+    def restore(self, values: dict[str, FloatArray], own: defaultdict[int, dict[str, float]]) -> None:
         """Go on as the variation does of which this is the `snapshot`."""
-        self.seas, self._values, self._own = seas, values, own
+        self._values, self._own = values, own
         for row, numbers in own.items():
             self._set_tables(row, with_numbers(self._world.parameters, numbers, self._numbers))
 
@@ -485,8 +510,8 @@ class Variation:
         arrays = self._rows.arrays.with_parameters(parameters, self._world.seed)
         self._rows.set_parameters(row, arrays)
         if any(name.startswith(("sea.waves.", "sea.significant_height")) for name in self._own[row]):
-            self.seas.set_waves(row, wave_table(parameters.sea))
-            self._rows.separate("waves")[row] = self.seas.waves(np.array([row]))[0]
+            self._rows.seas.set_waves(row, wave_table(parameters.sea))
+            self._rows.take_seas(np.array([row]))
 
     def differences(self, row: int) -> dict[str, tuple[float, float]]:
         """Values of a row and of the world, of each parameter in which they differ."""
@@ -495,7 +520,7 @@ class Variation:
             own, common = self._rows.part(table, row)[column], getattr(self._rows.arrays, table)[column]
             usual = self._usual[name]
             value = float(self._values[name][row]) if name in self._values else usual
-            if name == "wave_phases" and self.seas.drawn[row]:
+            if name == "wave_phases" and self._rows.seas.drawn[row]:
                 continue
             if own.tobytes() != common.tobytes() and (name not in _SHARED_ARGUMENTS or value != usual):
                 found[name] = value, usual

@@ -24,7 +24,7 @@ from vrx_mj.physics.vessel import VesselWork
 from vrx_mj.physics.waves import random_heights, random_phases, stretch_waves, surface_height
 from vrx_mj.physics.wind import air_velocity
 from vrx_mj.runtime.loop import MAX_STATE, advance, advance_free, advance_vrx, advance_vrx_sea
-from vrx_mj.runtime.views import views
+from vrx_mj.runtime.views import row_views, views
 from vrx_mj.sensors.sea import wave_table
 
 Rows = npt.ArrayLike | None
@@ -40,7 +40,7 @@ _MIN_VALUES = dict.fromkeys(("wind_direction", "wave_direction", "wind_speed"), 
 FEATURES = 13
 """Number of values of a boat: position (3) [m, ENU], quaternion (4), velocity [m/s] and angular velocity [rad/s], body
 axes."""
-_CHANGE_FIELDS = {"waves": "amplitude", "wave_period": "period", "wave_band": "band", "wave_spread": "spread"}
+_CHANGE_FIELDS = {"wave_period": "period", "wave_band": "band", "wave_spread": "spread"}
 """Columns of `_CHANGE` by what `Batch.vary` calls them."""
 _LENGTH_ARGUMENTS = ("wave_period", "wave_band")
 """Arguments that change wavelengths, by the dispersion of deep water."""
@@ -245,11 +245,11 @@ def advance_free_row(
 @kernel
 def observe_row(runs: Table, row: int, time: float, wind: FloatArray, surface: FloatArray) -> None:
     """Write the wind's velocity along x and y, (2,), and the height of the sea at every boat, (boats,), of a row."""
-    a = views(runs[row])
+    a = row_views(runs[row])
     wind[0], wind[1] = air_velocity(a.wind[0], a.wind_state[0], a.air_state)
     for k in range(a.hulls.size):
         at = a.hulls[k].qpos
-        surface[k] = surface_height(a.waves, a.sea[0], a.qpos[at], a.qpos[at + 1], time)
+        surface[k] = surface_height(a.waves, a.sea[0], a.qpos[at], a.qpos[at + 1], time, a.own_waves)
 
 
 @allocating_kernel
@@ -289,30 +289,48 @@ def _observe(hull: Record, qpos: FloatArray, qvel: FloatArray, out: FloatArray) 
 _f = np.float64
 NOMINAL = np.dtype([("peak", _f), ("direction", _f, (2,)), ("gravity", _f)], align=True)
 """The world's sea: angular frequency of its period [rad/s], its direction, and the gravity of its waves [m/s2]."""
-_CHANGE = np.dtype([("amplitude", _f), ("period", _f), ("band", _f), ("spread", _f), ("turn", _f)], align=True)
-"""The sea of a row: factors of amplitudes, periods, the band's width and the spread of directions, and a turn [rad]."""
+_CHANGE = np.dtype([("period", _f), ("band", _f), ("spread", _f), ("turn", _f)], align=True)
+"""The sea of a row: factors of periods, the band's width and the spread of directions, and a turn [rad]."""
+_UNCHANGED = np.array((1.0, 1.0, 1.0, 0.0), _CHANGE)
 
 
 class RowSeas:
-    """What the sea of each row has of its own."""
+    """What the sea of each row has of its own.
+
+    While rows differ in phases and heights alone, they share the world's waves.
+    """
 
     def __init__(self, sea: Sea, n: int) -> None:
         """Take a world's sea; all `n` rows have it."""
-        waves = wave_table(sea)
-        self._world = np.broadcast_to(waves, (n, len(waves)))
+        self.table = wave_table(sea)[None]
+        """`tables.WAVE` of the world, (1, waves), or of that of each row, (n, waves), where rows have other numbers."""
+        self.shared = True
+        """Whether all rows have the world's wavelengths, periods and directions."""
+        self.own = np.zeros((n, 0))
+        """`physics.tables.OwnWaves` of each row, (n, size)."""
         peak = 2.0 * math.pi / sea.period if sea.period else 1.0
         self._nominal = np.array([(peak, sea.direction, sea.gravity)], NOMINAL)
         self._deep, self._harmonic = sea.depth is None, sea.model == "stokes5"
         self.drawn = np.full(n, sea.random)
         """Which rows have the phases and energies of their seeds."""
-        self._change = np.array([(1.0, 1.0, 1.0, 1.0, 0.0)] * n, _CHANGE)
-        self._phases, self._heights = np.zeros((n, len(waves))), np.ones((n, len(waves)))
+        self._change = np.full(n, _UNCHANGED, _CHANGE)
+
+    def _parts(self, size: int) -> FloatArray:
+        """`own`, with at least `size` numbers a row."""
+        known, phases = self.own.shape[1], slice(1, 1 + self.table.shape[1])
+        if known < size:
+            more = np.ones((len(self.own), size))
+            more[:, phases] = 0.0
+            more[:, :known] = self.own
+            self.own = more
+        return self.own
 
     def set_waves(self, row: int, waves: Table) -> None:
         """Give a row the `tables.WAVE` of a world with other waves."""
-        if not self._world.flags.writeable:
-            self._world = self._world.copy()
-        self._world[row] = waves
+        if len(self.table) < len(self.own):
+            self.table = np.repeat(self.table, len(self.own), axis=0)
+        self.table[row] = waves
+        self.shared = False
 
     @property
     def course(self) -> float:
@@ -320,8 +338,8 @@ class RowSeas:
         east, north = self._nominal["direction"][0].tolist()
         return math.atan2(north, east)
 
-    def change(self, which: IntArray, given: Mapping[str, FloatArray], phases: npt.ArrayLike | None) -> Table:
-        """Change these rows' seas, and return their waves (rows, waves).
+    def change(self, which: IntArray, given: Mapping[str, FloatArray], phases: npt.ArrayLike | None) -> None:
+        """Change these rows' seas.
 
         Raises:
             CommandError: the phases do not have the shape (waves,) or (rows, waves), or are not finite.
@@ -333,49 +351,54 @@ class RowSeas:
                     f"{name} cannot be varied in {'a Stokes wave' if self._harmonic else 'shallow water'}"
                 )
         if phases is not None:
-            own, shape = as_numbers("wave_phases", phases), (len(which), self._world.shape[1])
+            own, shape = as_numbers("wave_phases", phases), (len(which), self.table.shape[1])
             if own.shape not in {shape, shape[1:]} or not np.isfinite(own).all():
                 text = f"{shape} or {shape[1:]}, of finite numbers, is needed"
                 raise CommandError(f"invalid wave_phases of shape {own.shape}: {text}")
-            self._phases[which], self._heights[which] = own, 1.0
+            parts = self._parts(1 + shape[1])
+            parts[which, 1 : 1 + shape[1]], parts[which, 1 + shape[1] :] = own, 1.0
             self.drawn[which] = False
+        if "waves" in given:
+            self._parts(1)[which, 0] = given["waves"]
         for name, column in _CHANGE_FIELDS.items():
             if name in given:
                 self._change[column][which] = given[name]
         if "wave_direction" in given:
             self._change["turn"][which] = given["wave_direction"] - self.course
-        return self.waves(which)
+        self.shared = self.shared and bool((self._change[which] == _UNCHANGED).all())
 
-    def draw(self, which: IntArray, seeds: IntArray) -> Table:
-        """Draw phases and energies of rows from their seeds, where no phases were given; their waves (rows, waves)."""
+    def draw(self, which: IntArray, seeds: IntArray) -> None:
+        """Draw phases and energies of rows from their seeds, where no phases were given."""
+        shapes, count = self.table["energy_shape"], self.table.shape[1]
+        parts = self._parts(1 + count + (count if shapes.any() else 0))
         for row, seed in zip(which.tolist(), seeds[which].tolist(), strict=True):
             if self.drawn[row]:
-                self._phases[row] = random_phases(seed, self._world.shape[1])
-                self._heights[row] = random_heights(seed, self._world["energy_shape"][row])
-        return self.waves(which)
+                parts[row, 1 : 1 + count] = random_phases(seed, count)
+                if parts.shape[1] > 1 + count:
+                    parts[row, 1 + count :] = random_heights(seed, shapes[row if len(shapes) > 1 else 0])
 
     def waves(self, which: IntArray) -> Table:
         """Waves of rows, (rows, waves)."""
-        waves = np.zeros((len(which), self._world.shape[1]), self._world.dtype)
-        drawn = self._phases[which], self._heights[which]
-        _stretch_rows(self._world[which], self._nominal, self._change[which], *drawn, waves)
+        waves = np.zeros((len(which), self.table.shape[1]), self.table.dtype)
+        _stretch_rows(which, self.table, self._nominal, self._change, self.own, waves)
         return waves
 
 
 @kernel
-def _stretch_rows(
-    world: Table, nominal: Table, change: Table, phases: FloatArray, heights: FloatArray, waves: Table
-) -> None:
-    """Write the waves of every row, (rows, waves)."""
-    for i in range(change.size):
-        stretch_waves(world[i], nominal[0], change[i], phases[i], heights[i], waves[i])
+def _stretch_rows(which: IntArray, world: Table, nominal: Table, change: Table, own: FloatArray, waves: Table) -> None:
+    """Write the waves of some rows, (rows, waves)."""
+    for i in range(which.size):
+        row = which[i]
+        stretch_waves(world[row if len(world) > 1 else 0], nominal[0], change[row], own[row], waves[i])
 
 
 @kernel
-def row_heights(waves: Table, sea: Table, x: FloatArray, y: FloatArray, t: FloatArray, out: FloatArray) -> None:
+def row_heights(
+    waves: Table, own: FloatArray, sea: Table, x: FloatArray, y: FloatArray, t: FloatArray, out: FloatArray
+) -> None:
     """Write the heights of the rows' seas at points x and y, (rows, points), at times t, (rows,), to `out`."""
     for i in range(t.size):
-        own = waves[i] if waves.shape[0] > 1 else waves[0]
+        table, part = waves[i if len(waves) > 1 else 0], own[i if len(own) > 1 else 0]
         level = sea[i, 0] if sea.shape[0] > 1 else sea[0, 0]
         for k in range(x.shape[1]):
-            out[i, k] = surface_height(own, level, x[i, k], y[i, k], t[i])
+            out[i, k] = surface_height(table, level, x[i, k], y[i, k], t[i], part)

@@ -66,6 +66,8 @@ class Views(NamedTuple):
     sensordata: _Vector
     sea: Annotated[Table, Array(tables.SEA)]
     waves: Annotated[Table, Array(tables.WAVE)]
+    own_waves: _Vector
+    """`physics.tables.OwnWaves`."""
     current: Annotated[Table, Array(tables.CURRENT)]
     """At most one row."""
     current_state: Annotated[Table, Array(tables.CURRENT_STATE, use=STATE, rows="current")]
@@ -168,8 +170,22 @@ def _check(name: str, array: npt.NDArray[np.generic], ndim: int) -> None:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def views(_context: Any, run: Any) -> Any:
-    """The arrays of a run, a row of RUN, as `Views`."""
-    kinds = [types.Array(from_dtype(array.dtype), array.ndim, "C") for array in ARRAYS.values()]
+    """The arrays of a run, a row of RUN, as `Views`; `own_waves` is None, for whoever has them merged already."""
+    return _views(run, "own_waves")
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def row_views(_context: Any, run: Any) -> Any:
+    """All arrays of a run."""
+    return _views(run)
+
+
+def _views(run: Any, *without: str) -> Any:
+    """What an intrinsic returns that makes `Views`."""
+    kinds = [
+        types.none if name in without else types.Array(from_dtype(array.dtype), array.ndim, "C")
+        for name, array in ARRAYS.items()
+    ]
     word = ir.IntType(64)
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -177,6 +193,9 @@ def views(_context: Any, run: Any) -> Any:
 
         found = []
         for name, kind in zip(ARRAYS, kinds, strict=True):
+            if name in without:
+                found.append(context.get_dummy_value())
+                continue
             start = run.offset(name)
             address, *shape = (
                 builder.load(cgutils.get_record_member(builder, arguments[0], start + 8 * k, word))

@@ -15,7 +15,7 @@ from numba.cuda.simulator.cudadrv.devicearray import FakeCUDAArray
 
 from unit.cuda.simulated_rows import run_as_compiled
 from vrx_mj.errors import VrxError
-from vrx_mj.rl import device
+from vrx_mj.rl import TeamVectorEnv, device
 
 cupy = importlib.import_module("cupy") if importlib.util.find_spec("cupy") else None
 ROWS, STEPS = 3, 5
@@ -126,6 +126,34 @@ def compare(problem):
         expected, drawn = cpu.reset(seed=[4 + (row + episode + 1) % ROWS for row in range(ROWS)])
 
 
+def compare_at_once(problem):
+    """Episodes that begin in the step that ends the one before: what was last seen, and the first of the next."""
+    name = f"vrx_mj/{problem}-v0"
+    ours = gymnasium.make_vec(name, num_envs=ROWS, device="cuda", autoreset_mode="SameStep", **OPTIONS)
+    cpu = gymnasium.make_vec(name, num_envs=ROWS, engine="free", autoreset_mode="Disabled", **OPTIONS)
+    random = np.random.default_rng(1)
+    ours.reset(seed=4)
+    expected, _ = cpu.reset(seed=4)
+    for episode in range(3):
+        for step in range(STEPS):
+            actions = random.uniform(-1, 1, (ROWS, 4)).astype(np.float32)
+            seen, *found, info = free_of_the_host(ours.step, Strict(actions))
+            expected, *wanted, facts = cpu.step(actions)
+            for one, other in zip((info["final_obs"], *found), (expected, *wanted), strict=True):
+                assert host(one).tobytes() == other.tobytes(), (problem, episode, step)
+            for fact, value in facts.items():
+                assert fact.startswith("_") or host(info["final_info"][fact]).tobytes() == value.tobytes(), fact
+            over = host(found[1] | found[2])
+            assert over.all() or not over.any()
+            if not over.any():
+                assert host(seen).tobytes() == expected.tobytes(), (problem, episode, step)
+        assert over.all()
+        expected, drawn = cpu.reset(seed=[4 + (row + episode + 1) % ROWS for row in range(ROWS)])
+        assert host(seen).tobytes() == expected.tobytes(), (problem, episode)
+        assert host(info["start"]).tolist() == [(row + episode + 1) % ROWS for row in range(ROWS)]
+        assert all(host(value).tobytes() == drawn[fact].tobytes() for fact, value in info.items() if fact in drawn)
+
+
 def free_of_the_host(step, actions):
     """What a step returns in which nothing is copied to or from the host, allocated by numba or waited for."""
     kept = cuda.to_device, cuda.device_array, FakeCUDAArray.copy_to_host
@@ -146,7 +174,9 @@ def refusals():
     ours = make()
     for call in (
         lambda: make(world={"extends": "ocean", "objects": [buoy]}), lambda: make(render_mode="rgb_array"),
-        lambda: make(autoreset_mode="SameStep"), lambda: make(device="tpu"),
+        lambda: make(autoreset_mode="Disabled"), lambda: make(device="tpu"),
+        lambda: gymnasium.make_vec("vrx_mj/Docking-v0", num_envs=2, device="cuda"),
+        lambda: TeamVectorEnv("Formation", 2, device="cuda"),
         lambda: ours.reset(options={"reset_mask": np.array([True, False])}), lambda: ours.step(Strict(np.zeros(3))),
     ):  # fmt: skip
         try:
@@ -156,11 +186,17 @@ def refusals():
         ours.reset(seed=1)
 
 
-if __name__ == "__main__":
+def take_strict_arrays():
+    """Let the simulator run compiled functions, and environments strict arrays."""
     run_as_compiled()
     device.arrays = Library
     cuda.as_cuda_array = lambda given, sync: FakeCUDAArray(given.own)
     cuda.get_current_device = lambda: SimpleNamespace(id=0)
+
+
+if __name__ == "__main__":
+    take_strict_arrays()
     for problem in PROBLEMS:
         compare(problem)
+        compare_at_once(problem)
     refusals()

@@ -33,12 +33,26 @@ def test_rows_in_the_simulator_are_those_of_the_cpu_to_the_bit():
 
 def test_environments_in_the_simulator_are_those_of_the_cpu_to_the_bit():
     """Steps, rewards, facts and episodes of every problem in open water, and nothing waits for the device."""
-    touch, picture, mode, unknown, some, shape = run(str(HERE / "simulated_environment.py"), NUMBA_ENABLE_CUDASIM="1")
+    lines = run(str(HERE / "simulated_environment.py"), NUMBA_ENABLE_CUDASIM="1")
+    touch, picture, mode, unknown, dock, team, some, shape = lines
     assert touch.startswith("device cuda: boats may touch something in world world")
-    assert picture == mode == "device cuda: use make_vec, without render_mode, with autoreset_mode NextStep"
+    assert dock == touch
+    assert team.endswith('which only MuJoCo can step; leave out `device`, and take engine="free"')
+    assert picture == mode == "device cuda: use make_vec, without render_mode, with autoreset_mode NextStep or SameStep"
     assert unknown == "no device named 'tpu'; known: cpu, cuda"
     assert some.startswith("device cuda: rows reset by themselves; leave out `reset_mask`")
     assert shape == "invalid actions of shape (3,): (2, 4) is needed"
+
+
+def test_the_check_runs_through_in_the_simulator():
+    """Every line of it but the driver's: comparisons, speeds, environments with tensors, a graph, and verdicts."""
+    lines = run(str(HERE / "simulated_check.py"), NUMBA_ENABLE_CUDASIM="1")
+    verdicts = lines[next(number for number, line in enumerate(lines) if line.startswith("verdicts")) + 1 :]
+    assert len(verdicts) == 12
+    assert all(line.startswith("numba's simulator: ") for line in verdicts)
+    assert sum(line.endswith(": yes") for line in verdicts) == 8
+    wanted = [line.split("wanted ")[1].split(":")[0] for line in verdicts if "wanted" in line]
+    assert wanted == ["1000", "100", "400", "20"]
 
 
 @pytest.mark.parametrize(

@@ -9,13 +9,16 @@ from hypothesis import strategies as st
 
 from unit.physics.rows import oracle, sea, sea_of
 from vrx_mj.model.tables import WAVE
+from vrx_mj.physics.kinematics import surface_plane
 from vrx_mj.physics.waves import (
     cwr_components,
     pms_components,
     ramp,
+    row_waves,
     stretch_waves,
     surface_height,
     surface_heights,
+    wave_columns,
 )
 from vrx_mj.runtime.rows import NOMINAL
 
@@ -173,16 +176,33 @@ def test_pms_has_three_waves_at_most():
         pms_components(4, 1.5, 0.4, 0.0, 0.1, 5.0, (1.0, 0.0))
 
 
+@pytest.mark.parametrize("size", [0, 1, 4, 7])
+def test_what_is_a_row_s_own_counts_as_if_it_were_in_the_table(size):
+    """A factor of all heights, phases and factors of each height; to the bit in every form that kernels take."""
+    (waves, water), own = SEAS["J"], np.array([0.7, 0.3, 1.0, -2.0, 1.1, 0.9, 1.2])[:size]
+    whole, at = waves.copy(), (3.0, -2.0, 4.0)
+    if size > 1:
+        whole["phase"] = own[1:4]
+    for column in ("amplitude", "orbital"):
+        whole[column] = whole[column] * (own[4:] if size > 4 else 1.0) * (own[0] if size else 1.0)
+    height = surface_height(whole, water, *at)
+    assert surface_height(waves, water, *at, own) == height
+    assert surface_height(row_waves(waves, own), water, *at) == height
+    np.testing.assert_array_equal(wave_columns(waves, water, 4, own), wave_columns(whole, water, 4))
+    reach = (0.9, -0.4, 0.5)
+    assert surface_plane(waves, water, reach, *at, own) == surface_plane(whole, water, reach, *at)
+
+
 # Seas that differ from a world's
 
 
-def changed(phases=(0.0, 0.0, 0.0), **change):
+def changed(phases=(0.0, 0.0, 0.0), factor=1.0, **change):
     """The sea J, of peak 2 pi / 5 s towards east, with factors, a turn and phases."""
     waves = SEAS["J"][0]
     nominal = np.array([(2 * math.pi / 5, (1.0, 0.0), 9.8)], NOMINAL)
-    row = {"amplitude": 1.0, "period": 1.0, "band": 1.0, "spread": 1.0, "turn": 0.0} | change
+    row = {"period": 1.0, "band": 1.0, "spread": 1.0, "turn": 0.0} | change
     given, out = np.array([tuple(row.values())], [(name, float) for name in row]), np.zeros(len(waves), WAVE)
-    stretch_waves(waves, nominal[0], given[0], np.array(phases), np.ones(len(waves)), out)
+    stretch_waves(waves, nominal[0], given[0], np.array([factor, *phases]), out)
     return waves, out
 
 
@@ -213,7 +233,7 @@ def test_directions_turn_and_spread(spread, turn):
 
 
 def test_phases_are_those_at_the_origin_at_time_0():
-    _, own = changed(phases=(0.3, 1.0, -2.0), amplitude=2.0)
+    _, own = changed(phases=(0.3, 1.0, -2.0), factor=2.0)
     _, calm = sea()
     expected = (own["amplitude"] * np.cos([0.3, 1.0, -2.0])).sum()
     assert surface_height(own, calm, 0.0, 0.0, 0.0) == pytest.approx(expected, abs=1e-15)

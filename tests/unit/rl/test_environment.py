@@ -11,6 +11,7 @@ from vrx_mj.frames import quaternion
 from vrx_mj.rl.environment import Actions
 from vrx_mj.rl.options import ActionError, step_limit
 from vrx_mj.rl.picture import Picture
+from vrx_mj.rl.problems import PROBLEMS
 
 CHANNELS = (("a", "left"), ("b", "only"), ("a", "right"))
 LARGEST = np.array([[-100.0, 250.0], [-1.0, 1.0], [-1.0, 1.0]])
@@ -76,3 +77,14 @@ def test_an_episode_ends_after_its_duration_or_so_many_steps():
     assert [step_limit(*each, 60.0) for each in given] == [600, 7, 300, 300, 300, 7]
     with pytest.raises(gymnasium.error.Error, match=r"truncates an episode after 29\.9 s"):
         step_limit(30.0, 299, 60.0)
+
+
+@pytest.mark.parametrize("problem", ["StationKeeping", "Wayfinding", "FollowPath"])
+def test_problems_in_open_water_name_all_arrays_of_rows(problem):
+    """Those are copied to a graphics processor, and begin anew there."""
+    made = PROBLEMS[problem](SimpleNamespace(n=7, boats=("a",)))
+    arrays = {name for name, value in vars(made).items() if isinstance(value, np.ndarray)}
+    assert arrays == set(made.row_arrays)
+    twice = made.with_arrays(lambda array: np.concatenate((array, array)))
+    assert {len(getattr(twice, name)) for name in arrays} == {14}
+    assert {len(getattr(made, name)) for name in arrays} == {7}

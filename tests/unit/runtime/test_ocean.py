@@ -58,6 +58,27 @@ def test_rows_of_a_batch_have_the_seas_of_their_seeds(world):
         assert again.get_state().sha256 == single.get_state().sha256
 
 
+def test_rows_share_the_waves_until_their_lengths_or_directions_differ(world):
+    """And the sea is the sum of what `waves` gives, whichever way it is stored: in numbers of 8 bytes, or whole."""
+    batch, points, turned = Batch(world, 3), np.linspace(-20.0, 20.0, 4), np.linspace(0.0, 6.0, 60)
+    x, y = np.broadcast_arrays(points, points[::-1])
+    sizes = []
+    for change in ({}, {"waves": [0.5, 1.0, 0.7]}, {"rows": [1], "wave_phases": turned}, {"wave_period": [1, 1.1, 1]}):
+        batch.vary(**change)
+        batch.reset(seed=5)
+        batch.step(duration=0.5)
+        found = batch.sea_height(np.tile(x, (3, 1)), np.tile(y, (3, 1)))
+        for row in range(3):
+            own = batch.waves(row)
+            along = own["direction"][:, :1] * x + own["direction"][:, 1:] * y
+            angle = own["wavenumber"][:, None] * along - own["frequency"][:, None] * 0.5 + own["phase"][:, None]
+            np.testing.assert_allclose(found[row], own["amplitude"] @ np.cos(angle), atol=1e-13)
+        stacks = batch._rows.stacks
+        sizes.append(sum(stacks[name].nbytes for name in ("waves", "own_waves")))
+    table = batch.waves(0).nbytes
+    assert sizes == [table + 3 * 8 * 121] * 3 + [3 * table]
+
+
 def test_phases_that_were_given_stay(world):
     batch = Batch(world, 2)
     batch.vary(rows=[1], wave_phases=np.zeros(60))

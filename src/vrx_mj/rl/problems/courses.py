@@ -31,6 +31,7 @@ class StationKeeping(Problem):
     """
 
     duration = 60.0
+    row_arrays = ("_goal", "_error", "_sum", "_steps")
     entries = (*point("goal", 10.0), *point("goal", 1.0), *turn_to("the goal's heading"))  # fmt: skip
 
     def __init__(self, rows: Rows) -> None:
@@ -83,6 +84,7 @@ class StationKeeping(Problem):
 class Course(Problem):
     """A chain of places, x, y [m] and a direction [rad] each, of which one after the other counts."""
 
+    row_arrays: ClassVar[tuple[str, ...]] = ("_points", "_at")
     count: ClassVar[int]
     """Number of places."""
 
@@ -112,6 +114,7 @@ class Wayfinding(Course):
 
     duration = 120.0
     count = 3
+    row_arrays = (*Course.row_arrays, "_error")
     entries = (
         *point("present waypoint", 10.0),
         *turn_to("the present waypoint's heading"),
@@ -178,6 +181,7 @@ class FollowPath(Course):
 
     duration = 120.0
     count = 6
+    row_arrays = (*Course.row_arrays, "_passed", "_missed", "_in_a_row", "_gap", "_along", "_aside")
     entries = (
         *point("present gate's port end", 10.0),
         *point("present gate's starboard end", 10.0),
