@@ -94,7 +94,7 @@ _WINDOW = 0.5
 _BATCH_ROUNDS = 7
 _THROTTLE = 0.1
 _RECORDING_ROUNDS = 4
-"""An even number."""
+"""Number of rounds with a recording, an even one."""
 _THRUST = ("--seed", "7", "--thrust", "left=0.6,right=0.4")
 _README = ("run", "example_course", "--fleet", "trio", *_THRUST)
 _HUNDRED = ("run", "ocean", "--fleet", "hundred.yaml", *_THRUST)

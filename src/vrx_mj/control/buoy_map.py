@@ -206,7 +206,7 @@ class Buoy(Place):
     seen: int = 1
     """Number of looks that saw it."""
     last: float = 0.0
-    """When [s]."""
+    """Time of the last look that saw it [s]."""
     looks: int = 0
     """Number of looks through a camera from near."""
     tried: float = 0.0

@@ -218,11 +218,11 @@ class Sight(Place):
     x: float
     """East [m]: the mean so far."""
     y: float
-    """North [m]: as above."""
+    """North [m]: the mean so far."""
     count: int = 1
     """Number of pictures in which it was seen."""
     last: float = 0.0
-    """When [s]."""
+    """Time of the last picture in which it was seen [s]."""
     reported: bool = False
 
 

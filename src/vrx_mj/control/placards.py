@@ -103,8 +103,8 @@ _DOUBT_LOOKS = 20.0
 _SHORE_GAP = 4.0
 """Least distance of a light buoy from everything wider [m]."""
 _DARK_TIME, _WATCHING_TIME = 7.0, 20.0
-"""A tower that is dark for the first time, or shows no three colours in the second [s], is no light buoy: the period is
-5 s."""
+"""A tower that stays dark for `_DARK_TIME` [s], or shows no three colours in `_WATCHING_TIME` [s], is no light buoy:
+its period is 5 s."""
 _BANK_CELL, _BANK_MEMORY, _BANK_REACH = 2.0, 20.0, 25.0
 """Side of the cells in which places of banks are kept [m], for how long [s], and within which distance [m]. A flat
 beach near by is under the lidar's lowest ring."""

@@ -121,7 +121,7 @@ class Pause:
         self._until = now + period
 
     def end(self) -> None:
-        """It is time to look."""
+        """End the pause now."""
         self._until = -math.inf
 
 

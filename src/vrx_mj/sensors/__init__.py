@@ -93,4 +93,4 @@ SENSOR_KINDS: Mapping[str, SensorKind] = {
     kind.type: kind
     for kind in (_CAMERA, _LIDAR, IMU, _PINGER, GPS, _BALL_SHOOTER, _P3D, ANEMOMETER, GNSS_COMPASS, ECHO_SOUNDER)
 }
-"""All of them by type."""
+"""Kinds of sensors, by type."""

@@ -31,7 +31,7 @@ _NEEDED = ("mujoco", "numba", "numpy")
 """Packages whose versions the report names."""
 _SUBJECTS = waves, hulls, pressures, propellers, drifting, mean_forces, winds, runs
 CASES = tuple(each for subject in _SUBJECTS for each in vars(subject).values() if isinstance(each, Case))
-"""All of them."""
+"""All cases."""
 _READERS: dict[str, Callable[[BoatObservation], float]] = {
     "x": lambda seen: float(seen.position[0]),
     "y": lambda seen: float(seen.position[1]),
