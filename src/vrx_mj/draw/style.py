@@ -77,7 +77,7 @@ def shade(rgb: Sequence[float], luminance: float = _SHADES[0]) -> Rgb:
     linear = np.where(color <= 0.04045, color / 12.92, ((color + 0.055) / 1.055) ** 2.4)  # sRGB
     own, brightest = float(_WEIGHTS @ linear), float(linear.max())
     scale = min(luminance / own, 1.0 / brightest) if own else 1.0
-    white = (luminance - scale * own) / (1.0 - scale * own)  # where the hue alone is too dark
+    white = (luminance - scale * own) / (1.0 - scale * own or 1.0)  # where the hue alone is too dark
     linear = scale * linear + white * (1.0 - scale * linear)
     red, green, blue = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.abs(linear) ** (1.0 / 2.4) - 0.055)
     return round(255 * red), round(255 * green), round(255 * blue)

@@ -31,12 +31,12 @@ def raft(**keys):
     return sim
 
 
-Run = namedtuple("Run", "blocks raft_work elements element_state block_state sea qpos qvel")  # noqa: PYI024
+Run = namedtuple("Run", "blocks raft_work elements element_state block_state sea qpos qvel own_waves")  # noqa: PYI024
 
 
 def loads(sim):
     arrays, data = sim._live.arrays, sim.data
-    run = Run(*(getattr(arrays, name) for name in Run._fields[:6]), data.qpos, data.qvel)
+    run = Run(*(getattr(arrays, name) for name in Run._fields[:6]), data.qpos, data.qvel, None)
     common = run, np.zeros(0, arrays.waves.dtype), (0.0, 0.0), (0.0, 0.0), 1.0, DT
     return [np.array(block_load(i, *common)) for i in range(len(arrays.blocks))]
 

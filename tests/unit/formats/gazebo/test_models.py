@@ -308,7 +308,7 @@ def test_a_template_has_at_most_200_rows(count):
     Path("dock").mkdir()
     rows = ", ".join(["'X'"] * count)
     Path("dock/model.sdf.erb").write_text(f"<%\nlayout = [{rows}]\n%>\n", encoding="utf-8")
-    with nullcontext() if count == 200 else pytest.raises(ConfigError, match="expected rows in quotes"):
+    with nullcontext() if count == 200 else pytest.raises(ConfigError, match="expected quoted rows"):
         assert len(model_section(Path("dock/model.sdf.erb"))["docks"][0]["layout"]) == count
 
 
