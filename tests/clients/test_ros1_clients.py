@@ -88,7 +88,7 @@ def test_what_cannot_be_is_refused_in_words_or_told_once_and_time_goes_on(tmp_pa
     assert said[5:7] == ["lasting taken", "delete True"]
     assert said[7].startswith("gone apply_body_wrench: no link named 'other::other/base_link'; known: ")
     assert said[-1] == "done"
-    assert len(done.said("comes from /.* and from /.*: each message replaces the other's")) == 1
+    assert len(done.said("is published by /.* and /.*: each message replaces the other's")) == 1
     assert len(done.said("invalid command nan for left of wamv")) == 1
     assert len(done.said("the force on other::other/base_link ends: it left")) == 1
     assert len(done.said("the force would accelerate wamv::wamv/base_link by 3.86e.297")) == 1
