@@ -170,7 +170,7 @@ def _check(name: str, array: npt.NDArray[np.generic], ndim: int) -> None:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def views(_context: Any, run: Any) -> Any:
-    """The arrays of a run, a row of RUN, as `Views`; `own_waves` is None, for whoever has them merged already."""
+    """The arrays of a run, a row of RUN, as `Views`; `own_waves` is None, for loops that merged it into their waves."""
     return _views(run, "own_waves")
 
 

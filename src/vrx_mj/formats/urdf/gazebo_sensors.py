@@ -28,7 +28,7 @@ _LABELLED = ("boundingbox_camera", "segmentation_camera")
 """Types of a camera that says what it sees."""
 LINK, TOPIC = "bodyName|robot_base_frame", "topicName|topic|odom_topic|cameraName"
 FRAME = "frameId|frameName|frame_id|odom_frame|projectile/frame"
-"""Tags of what all plugins of sensors have, whoever makes them."""
+"""Tags that all sensor plugins have."""
 SENSOR_RATE = Tag("update_rate", 0.0, "Hz", low=0)
 PLUGIN_RATE: Mapping[str, Any] = {"path": "updateRateHZ|updateRate"}
 _CONFIGS: Mapping[str, type[Config]] = {
