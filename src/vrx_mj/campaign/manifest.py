@@ -36,6 +36,8 @@ _MADE = ("cells", "worlds", _MANIFEST, DATABASE, f"{DATABASE}-wal", f"{DATABASE}
 _SHOWN = 3
 """How many names a message lists."""
 _PLAN = TypeAdapter(Plan)
+_DATA = ("assets", "templates", "fleets")
+"""Folders of vrx_mj's data."""
 
 
 @dataclass(frozen=True)
@@ -195,10 +197,6 @@ def _read_manifest(folder: Path) -> Manifest:
         raise RecordError(f"{file} is damaged: {fault_text(error)}") from error
     except (ValueError, KeyError, TypeError) as error:
         raise RecordError(f"{file} is damaged: {error}") from error
-
-
-_DATA = ("assets", "templates", "fleets")
-"""Folders of vrx_mj's data."""
 
 
 @cache

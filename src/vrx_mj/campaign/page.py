@@ -58,6 +58,13 @@ _Box = tuple[float, float, float, float]
 _Spot = tuple[float, float]
 _Line = Sequence[Sequence[float]]
 _Values = dict[str, Any]
+_BEST, _MIDDLE, _WORST = (94, 181, 166), (246, 236, 205), (231, 135, 98)
+"""Colours of a score among those of its world."""
+PAGE = "index.html"
+_REFRESH = 5.0
+"""Least time between two writings of the page while trials run [s]."""
+_SHARE = 0.01
+"""Share of the time that writing it may take."""
 
 
 def map_values(sketch: _Values, results: Sequence[Result], controllers: Sequence[str]) -> _Values:
@@ -210,8 +217,6 @@ def _circle(x: float, y: float, radius: float, title: str) -> _Values:
     return {"x": x, "y": y, "radius": radius, "title": title.replace("_", " ")}
 
 
-_BEST, _MIDDLE, _WORST = (94, 181, 166), (246, 236, 205), (231, 135, 98)
-"""Colours of a score among those of its world."""
 _Row = dict[str, Any]
 
 
@@ -409,15 +414,6 @@ def _breakable(name: str) -> Markup:
 def _number(value: float | None, digits: int = 3) -> str:
     """A number with so many significant digits; a dash for none."""
     return "–" if value is None or math.isnan(value) else f"{value:.{digits}g}"
-
-
-PAGE = "index.html"
-
-
-_REFRESH = 5.0
-"""Least time between two writings of the page while trials run [s]."""
-_SHARE = 0.01
-"""Share of the time that writing it may take."""
 
 
 class LivePage:

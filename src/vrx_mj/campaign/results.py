@@ -49,6 +49,22 @@ create table details (controller text not null, world text not null, seed intege
 pragma user_version = {_DATABASE_FORMAT};
 commit;
 """
+_OF_TASK: Mapping[str, str] = {
+    "task": "type", "task_name": "name", "unit": "unit", "better": "better", "timed_out": "timed_out",
+    "collisions": "num_collisions", "elapsed": "elapsed",
+}  # fmt: skip
+"""Columns of what a result has of its task."""
+TIME_UP = getattr(signal, "SIGUSR2", None)
+"""Signal with which the campaign ends a trial whose time is up; Windows has none, and the trial ends itself."""
+END, ALLOWED, REACHED, GROUP = 0, 1, 2, 3
+"""Slots of the memory that a trial shares: when it must have ended, by the monotonic clock, the wall time that it may
+take, the simulated time that it has reached [s], and the process group of the program that sails it, or 0."""
+_APART = 0.3
+"""Places nearer than this to the one kept before are left out while sailing [m]."""
+TOLERANCE = 0.2
+"""How far a simplified track may be from the true one [m]."""
+MOST = 400
+"""Points of a simplified track, at most."""
 
 
 @dataclass(frozen=True)
@@ -232,13 +248,6 @@ def write_csv(file: Path, results: Iterable[Result]) -> None:
     write_text(file, text.getvalue())
 
 
-_OF_TASK: Mapping[str, str] = {
-    "task": "type", "task_name": "name", "unit": "unit", "better": "better", "timed_out": "timed_out",
-    "collisions": "num_collisions", "elapsed": "elapsed",
-}  # fmt: skip
-"""Columns of what a result has of its task."""
-
-
 def _row(result: Result) -> dict[str, object]:
     """The columns of a result, in their order."""
     task, whole = result.task or {}, {**vars(result), **vars(result.cell)}
@@ -279,18 +288,7 @@ def write_text(file: Path, text: str) -> None:
     write_files(file.parent, {file.name: text}, WHAT)
 
 
-TIME_UP = getattr(signal, "SIGUSR2", None)
-"""Signal with which the campaign ends a trial whose time is up; Windows has none, and the trial ends itself."""
-END, ALLOWED, REACHED, GROUP = 0, 1, 2, 3
-"""Slots of the memory that a trial shares: when it must have ended, by the monotonic clock, the wall time that it may
-take, the simulated time that it has reached [s], and the process group of the program that sails it, or 0."""
 _Point = tuple[float, float]
-_APART = 0.3
-"""Places nearer than this to the one kept before are left out while sailing [m]."""
-TOLERANCE = 0.2
-"""How far a simplified track may be from the true one [m]."""
-MOST = 400
-"""Points of a simplified track, at most."""
 
 
 class Stopwatch:

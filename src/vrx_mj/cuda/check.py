@@ -31,6 +31,8 @@ their last bits."""
 _OBSERVED = 1e-6
 """How far observations may be apart."""
 _ENVIRONMENT: dict[str, Any] = {"id": "vrx_mj.rl:vrx_mj/StationKeeping-v0", "waves": (0, 1), "wind_speed": (0, 6)}
+_ENVIRONMENTS, _WANTED = 262_144, 100e6
+"""Environments that are measured, and steps a second."""
 
 
 class _Case(NamedTuple):
@@ -52,8 +54,6 @@ _CASES = {
     ),
 }
 """By name; what compiles longest is last."""
-_ENVIRONMENTS, _WANTED = 262_144, 100e6
-"""Environments that are measured, and steps a second."""
 
 
 class Extent(NamedTuple):

@@ -14,6 +14,10 @@ from vrx_mj.physics.vessel import HullMeshes, VesselWork, vessel_work
 from vrx_mj.runtime.row_tables import SEPARATE, RowTables, check_memory
 from vrx_mj.runtime.views import ARRAYS
 
+_PLAIN = ("time", "done", "features")
+"""Arrays of all rows to which no run leads."""
+_MOVING = {*SEPARATE, *_PLAIN, "qpos", "qvel", "xfrc_applied"}
+
 
 class DeviceArray(Protocol):
     """An array on the device, as numba has it, with `__cuda_array_interface__`."""
@@ -41,11 +45,6 @@ class DeviceArray(Protocol):
 
     def reshape(self, *shape: int) -> "DeviceArray":
         """The same memory in another shape."""
-
-
-_PLAIN = ("time", "done", "features")
-"""Arrays of all rows to which no run leads."""
-_MOVING = {*SEPARATE, *_PLAIN, "qpos", "qvel", "xfrc_applied"}
 
 
 class DeviceRows:
