@@ -69,7 +69,7 @@ _TASK = {"type": "stationkeeping", "goal_cart": [8, 0, 0]}
 _FREE_BARS = ("vrx", 64, 2.0), ("vrx", 1024, 2.0), ("60_waves", 64, 1.3), ("60_waves", 1024, 1.5)
 _SEAS = {"vrx": SEA, "60_waves": _OCEAN}
 _ROUNDS = 15
-_FIGURES = 27
+_FIGURES = 28
 """Figures that `measure` takes: for the progress only."""
 _VERDICTS = {True: "yes", False: "no", None: ""}
 _BARE_BOAT = """
@@ -174,11 +174,13 @@ def batch_rows() -> list[Row]:
     threads, processes = two_threads_and_two_processes()
     parts = {"boat steps/s, 2 threads": threads, "boat steps/s, 2 processes": processes}
     without = needs_extra("it", "Gymnasium", "rl")
+    one, every = free_rates()
     return [
         bench_row("batch_boat_steps_per_s", boat_steps_per_second(), "boat steps/s", None),
         bench_row("batch_scaling_2_threads", threads / processes, "of 2 processes", 0.85, at_least=True, parts=parts),
         bench_row("vector_env_steps_per_s", environment_steps_per_second(), "env steps/s", None, missing=without),
         bench_row("batch_mb_per_row", megabytes_per_row(), "MB", None),
+        bench_row("free_boat_steps_per_s", every, "boat steps/s", None, parts={"boat steps/s, 1 thread": one}),
         *(
             bench_row(f"free_ratio_{rows}_{sea}", engine_ratio(rows, sea), "x engine mujoco", least, at_least=True)
             for sea, rows, least in _FREE_BARS
@@ -391,6 +393,13 @@ def engine_ratio(rows: int, sea: str, rounds: int = _BATCH_ROUNDS, window: float
     batches = [batch_of(rows, 1, engine, sea) for engine in get_args(Engine)]
     pairs = ([rate(batch, window) for batch in batches] for _ in range(rounds))
     return statistics.median(free / ours for ours, free in pairs)
+
+
+def free_rates(rounds: int = _BATCH_ROUNDS, window: float = _WINDOW) -> tuple[float, float]:
+    """Boat steps per second of 1,024 rows of the engine `free`, on one thread and on all cores: medians of `rounds`."""
+    one, every = (batch_of(1024, threads, "free") for threads in (1, None))
+    pairs = [(rate(one, window), rate(every, window)) for _ in range(rounds)]
+    return statistics.median(pair[0] for pair in pairs), statistics.median(pair[1] for pair in pairs)
 
 
 def row_cost(many: int, few: int, rounds: int = _BATCH_ROUNDS, window: float = _WINDOW) -> float:

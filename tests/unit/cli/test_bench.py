@@ -123,6 +123,7 @@ def without_free_rows(monkeypatch):
     """Rows of both engines are not measured."""
     monkeypatch.setattr(bench, "megabytes_per_row", lambda *_: 0.49)
     monkeypatch.setattr(bench, "engine_ratio", lambda *_: 2.5)
+    monkeypatch.setattr(bench, "free_rates", lambda: (2_300_000.0, 4_500_000.0))
     monkeypatch.setattr(bench, "row_cost", lambda *_: 1.0)
 
 
@@ -130,6 +131,7 @@ def without_free_rows(monkeypatch):
 def test_engines_are_timed_side_by_side():
     assert bench.engine_ratio(2, "vrx", rounds=1, window=0.02) > 0.0
     assert bench.row_cost(4, 2, rounds=1, window=0.02) > 0.0
+    assert all(rate > 0.0 for rate in bench.free_rates(rounds=1, window=0.02))
 
 
 def test_the_scaling_row_shows_both_numbers(monkeypatch, capsys):
@@ -142,12 +144,13 @@ def test_the_scaling_row_shows_both_numbers(monkeypatch, capsys):
         "batch_boat_steps_per_s", "batch_scaling_2_threads", "vector_env_steps_per_s", "batch_mb_per_row"
     ]  # fmt: skip
     assert rows["free_ratio_1024_60_waves"]["ok"]
+    assert rows["free_boat_steps_per_s"]["parts"] == {"boat steps/s, 1 thread": 2_300_000.0}
     scaling = rows["batch_scaling_2_threads"]
     assert (scaling["value"], scaling["ok"], scaling["limit"]) == (0.75, False, "at least")
     monkeypatch.setenv("COLUMNS", "200")
     print_rows(list(rows.values()))
     shown = capsys.readouterr().out
-    assert all(text in shown for text in ("910,000", "900,000", "1,200,000", "at least 0.85", "no"))
+    assert all(text in shown for text in ("910,000", "900,000", "1,200,000", "4,500,000", "at least 0.85", "no"))
 
 
 def test_decisions_count_every_row(clock):
