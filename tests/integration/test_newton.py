@@ -90,6 +90,24 @@ def test_added_mass_is_what_remains(values):
         np.testing.assert_allclose(forces.total + added, rate, rtol=1e-9, atol=1e-6)
 
 
+@pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
+@pytest.mark.parametrize("robot", ["wamv", "barge_4m", "wamv_hydro", "blueboat"])
+def test_added_mass_is_what_remains_in_a_sea_and_a_current(robot):
+    physics, current = {"profile": "marine"}, {"speed": 0.5, "direction": 70.0}
+    boat = {"name": "a", "robot": robot, "pose": [0, 0, 0, 0, 0, 0.3]}
+    sim = simulation({"boats": [boat], "sensors": "none"}, sea=SWELL, physics=physics, current=current)
+    sim.set_boat("a", velocity=(1.5, 0.5, 0.1, 0.2, -0.1, 0.4))
+    for _ in range(10):
+        sim.step(duration=0.05)
+        state = sim.get_state()
+        forces, rate = step_and_compare(sim)
+        found = sim.data.qacc.copy()
+        sim.set_state(state)
+        sim.data.qacc[:] = found
+        added = sim.forces("a").inertial["added_mass"]
+        np.testing.assert_allclose(forces.total + added, rate, rtol=1e-9, atol=1e-6)
+
+
 def test_contact_forces_of_two_boats_are_equal_and_opposite():
     sim = simulation(head_on(), sea={"model": "none"}, wind=None)
     seen = 0

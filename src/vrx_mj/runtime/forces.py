@@ -111,7 +111,7 @@ def _boat_center(arrays: LoopArrays, hull: Record, body: Motion) -> tuple[float,
 
 
 def _added_mass(arrays: LoopArrays, hull: Record, body: Motion, bias: Wrench) -> Wrench:
-    """Reaction of the added mass to the acceleration of the last step, about `link_com`."""
+    """Reaction of the added mass to the acceleration of the last step and, at none, `bias`, about `link_com`."""
     matrix = np.zeros((6, 6))
     if hull["vessel"] >= 0:
         added_inertia_of_vessel(arrays.vessels[hull["vessel"]], body, matrix)
@@ -119,9 +119,9 @@ def _added_mass(arrays: LoopArrays, hull: Record, body: Motion, bias: Wrench) ->
         added_inertia(hull, body, matrix)
     dof = int(hull["dof"])
     reaction = -(matrix @ arrays.data.qacc[dof : dof + 6])
-    wrench = Wrench(*(reaction[:3] + np.array(bias[:3])), *np.array(rotate(body, reaction[3:])))
+    wrench = Wrench(*reaction[:3], *np.array(rotate(body, reaction[3:])))
     about_origin = hull["profile"] == VRX3 or hull["vessel"] >= 0
-    return from_origin(wrench, body, hull["link_com"]) if about_origin else wrench
+    return add(from_origin(wrench, body, hull["link_com"]) if about_origin else wrench, bias)
 
 
 def _contacts(arrays: LoopArrays, root: int, center: FloatArray) -> FloatArray:
