@@ -37,7 +37,7 @@ def lever_of(sim, boat):
 @pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
 @pytest.mark.parametrize("kind", KINDS)
 def test_forces_are_the_effects_on_the_hull_and_add_up_to_what_the_loop_applies(kind):
-    """Forces and torques. Added mass has no part on a boat that goes straight ahead in calm water, but by acceleration."""
+    """Forces and torques. On a boat that goes straight ahead in calm water, added mass acts by its acceleration."""
     profile, robot, hulls = KINDS[kind]
     sim = simulation(profile, robot)
     (boat,) = sim.boats
