@@ -91,14 +91,15 @@ def test_added_mass_is_what_remains(values):
 
 
 @pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
-@pytest.mark.parametrize("robot", ["wamv", "barge_4m", "wamv_hydro", "blueboat"])
+@pytest.mark.parametrize("robot", ["wamv", "barge_4m", "wamv_hydro", "blueboat", "skiff"])
 def test_added_mass_is_what_remains_in_a_sea_and_a_current(robot):
     physics, current = {"profile": "marine"}, {"speed": 0.5, "direction": 70.0}
     boat = {"name": "a", "robot": robot, "pose": [0, 0, 0, 0, 0, 0.3]}
-    sim = simulation({"boats": [boat], "sensors": "none"}, sea=SWELL, physics=physics, current=current)
+    fleet = {"boats": [boat], "sensors": "none", "engines": "hinged"}
+    sim = simulation(fleet, sea=SWELL, physics=physics, current=current)
     sim.set_boat("a", velocity=(1.5, 0.5, 0.1, 0.2, -0.1, 0.4))
     for _ in range(10):
-        sim.step(duration=0.05)
+        sim.step({"a": dict.fromkeys(sim.command_names("a"), 0.5)}, duration=0.05)
         state = sim.get_state()
         forces, rate = step_and_compare(sim)
         found = sim.data.qacc.copy()
