@@ -20,7 +20,7 @@ from vrx_mj.cli.program import app
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.recording import read_record, record
 from vrx_mj.ros.bags import bag_run
-from vrx_mj.ros.convert import Moment, convert
+from vrx_mj.ros.convert import Moment, _outputs_of, convert
 from vrx_mj.ros.messages import encode
 from vrx_mj.ros.packages import write_packages
 from vrx_mj.ros.table.boats import command_topic
@@ -143,6 +143,17 @@ def test_a_moment_of_a_recording_observes_the_boats_of_its_row(sailed):
         assert (seen.quaternion == track.quaternion[i]).all()
         assert seen.velocity == pytest.approx(track.velocity[i], abs=1e-12)
         assert seen.angular_velocity == pytest.approx(track.angular_velocity[i], abs=1e-12)
+
+
+def test_from_its_first_row_on_a_recordings_sea_is_that_of_the_runs_seed(tmp_path):
+    world = compile_world({**BAY, "sea": {"model": "jonswap", "sea_state": 2}})
+    sim, of_world = Simulation(world, seed=7), Simulation(world)
+    with record(sim, tmp_path / "run.rrd", sea=False):
+        sim.step(duration=0.1)
+    recorded = read_record(tmp_path / "run.rrd")
+    moment = _outputs_of(recorded, recorded.companies[0]).moment
+    there = 3.0, 4.0, 5.0
+    assert moment.sea.height(*there) == sim.sea.height(*there) != of_world.sea.height(*there)
 
 
 def bladeless(message):

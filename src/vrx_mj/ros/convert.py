@@ -59,7 +59,8 @@ def convert(source: str | Path, target: str | Path, progress: _Progress | None =
 class Moment:
     """A moment of a recording: as much of a simulation as the outputs of the table ask of one.
 
-    What does not move is asked of a simulation of the recorded world; so is the task, of the last saved state.
+    What does not move is asked of a simulation of the recorded world; so is the task, of the last saved state. Before
+    the first it is in that one.
     """
 
     def __init__(self, recorded: Record, boat_set: BoatSet) -> None:
@@ -262,6 +263,10 @@ class Conversion:
 def _outputs_of(recorded: Record, boat_set: BoatSet) -> SegmentOutputs:
     """The topics of a boat set, by where their messages come from."""
     moment = Moment(recorded, boat_set)
+    for saved in recorded.states:  # what the run's seed draws holds from its first row on
+        if State.from_bytes(saved.blob).world == boat_set.world_sha256:
+            moment.resume(saved)
+            break
     sim = cast("Simulation", moment)
     bodies = Bodies(sim)
     host = RecordingHost(sim, bodies, Scenery(recorded.companies[0].world.parameters, recorded.boats))
