@@ -16,6 +16,7 @@ from vrx_mj.config.sensors import ErrorModel
 from vrx_mj.config.world import Georeference
 from vrx_mj.frames import rotation_matrix
 from vrx_mj.model.world import tree_of
+from vrx_mj.sensors import SENSOR_KINDS
 
 ONE = boats((0.0, 0.0, 0.3))
 TWO = boats((0.0, 0.0, 0.3), (60.0, 0.0, 0.0))
@@ -163,6 +164,25 @@ def test_reading_now_and_then_gives_what_reading_always_gives(sim):
     dict(sim.sense("a"))
     seldom = log(sim, 200, every=40)
     assert seldom == [reading for k in (39, 79, 119, 159, 199) for reading in often[len(NAMES) * k :][: len(NAMES)]]
+
+
+def test_a_reading_does_not_depend_on_when_it_is_requested():
+    """Nor on what was commanded since its moment; also of sensors that have no other test here."""
+    known = {config.type: config.model_copy(update={"rate": 10.0}) for config in NOISY}
+    made = {name: kind.config for name, kind in SENSOR_KINDS.items() if kind.numbers is not None}
+    sensors = [known.get(name) or config(name=name, link="mast", rate=10.0) for name, config in made.items()]
+    early, late = (sailing(sensors, fleet=TWO, seed=5) for _ in range(2))
+    for sim in (early, late):
+        dict(sim.sense("a"))
+        for boat in sim.boats:
+            sim.command(boat, **AHEAD)
+        sim.advance(100)
+    expected = {name: bits(reading) for name, reading in early.sense("a").items()}
+    for boat in late.boats:
+        late.command(boat, **{name: -1.0 for name in AHEAD})
+    late.advance(8)
+    assert {name: bits(reading) for name, reading in late.sense("a").items()} == expected
+    assert len(expected) == len(sensors) >= 7
 
 
 def test_the_same_seed_gives_the_same_bits(sim):

@@ -214,12 +214,15 @@ def task_parameters(
 
 
 def _check_copied_names(task: model.TaskBase, site: Site) -> None:
-    """Find faults in the names of objects and docks that were copied from the file; resolvers look up the others."""
-    known = [*site.objects, *(dock.name for dock in site.docks)]
+    """Find faults in names that were copied from the file; resolvers look up the others."""
+    known = {
+        model.THING: [*site.objects, *(dock.name for dock in site.docks)],
+        model.BOAT: site.boats,
+    }
     for place, kind, name in model.names_in(task):
         loc = tuple(int(part) if part.isdecimal() else part for part in re.findall(r"\w+", place))
-        if loc[0] not in _RESOLVERS and kind == model.THING and name not in known:
-            site.fault(loc, str(UnknownNameError(kind, name, known)))
+        if loc[0] not in _RESOLVERS and kind in known and name not in known[kind]:
+            site.fault(loc, str(UnknownNameError(kind, name, known[kind])))
 
 
 def _type(task: TaskConfig) -> str:

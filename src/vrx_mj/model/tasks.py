@@ -12,7 +12,8 @@ _MAX_COUNT = 100_000
 """Largest number of things of a kind in a task."""
 _Size = tuple[NonNegative, NonNegative, NonNegative]
 _Kind = TypeVar("_Kind")
-THING = "object or dock"
+THING, BOAT = "object or dock", "boat"
+"""Kinds of what moves, by whose poses rules judge."""
 
 
 def _name_of(kind: str) -> Mapping[str, str]:
@@ -350,8 +351,8 @@ def names_in(task: TaskBase) -> Iterator[tuple[str, str, str]]:
 
 
 def followed_things(task: TaskBase) -> tuple[str, ...]:
-    """Names of the objects and docks whose poses a task's rules need, each once."""
-    return tuple(dict.fromkeys(name for _, kind, name in names_in(task) if kind == THING))
+    """Names of the objects, docks and other boats whose poses a task's rules need, each once."""
+    return tuple(dict.fromkeys(name for _, kind, name in names_in(task) if kind in {THING, BOAT}))
 
 
 def _walk(place: str, part: object) -> Iterator[tuple[str, object]]:

@@ -434,7 +434,8 @@ def _task(world: Parameters, task: tasks.Task) -> Iterator[str]:
         if name not in still:
             yield f"task.fixed: '{name}' is not an object or dock that never moves"
     known = {
-        "object or dock": moving | set(task.fixed),
+        tasks.THING: moving | set(task.fixed),
+        tasks.BOAT: boats,
         "placard": {placard.name for placard in world.placards},
         "light": {light.name for light in world.lights},
     }

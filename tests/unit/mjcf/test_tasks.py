@@ -1,6 +1,7 @@
 """Tasks resolved in their worlds, what tells of touches, and the lock: by hand, and in plain MuJoCo."""
 
 import math
+from dataclasses import fields, replace
 
 import mujoco
 import pytest
@@ -10,6 +11,8 @@ from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.objects import PlacedObject
 from vrx_mj.mjcf.tasks import _RESOLVERS, thing_touches
+from vrx_mj.model import world as model_world
+from vrx_mj.model.tasks import BOAT, AcousticTracking, followed_things
 from vrx_mj.model.world import tree_of
 from vrx_mj.runtime.stepping_models import stepping_models
 
@@ -199,6 +202,20 @@ def test_a_name_that_no_resolver_looks_up_must_be_in_the_world(monkeypatch):
     text = refusal({"type": "acoustic_tracking", "pinger": "read"}, RED)
     assert text == "<world>: task.pinger: no object or dock named 'read'; did you mean 'red'?"
     assert task_of({"type": "acoustic_tracking", "pinger": "red"}, RED)["pinger"] == "red"
+
+
+def test_a_name_may_be_that_of_another_boat(monkeypatch):
+    """As a task of two boats has it: its rules get the other one's poses."""
+    pinger = next(each for each in fields(AcousticTracking) if each.name == "pinger")
+    monkeypatch.setattr(pinger, "metadata", {"name_of": BOAT})
+    monkeypatch.delitem(_RESOLVERS, "pinger")
+    task, fleet = {"type": "acoustic_tracking", "pinger": "wamv3"}, {"positions": [{"x": 0, "y": 0}, {"x": 9, "y": 0}]}
+    assert refusal(task, fleet=fleet) == "<world>: task.pinger: no boat named 'wamv3'; did you mean 'wamv2'?"
+    world = compile_world({"task": {**task, "pinger": "wamv2"}}, fleet=fleet)
+    assert "wamv2" in followed_things(world.parameters.task)
+    assert list(model_world._task(world.parameters, replace(world.parameters.task, pinger="buoy"))) == [
+        "task.pinger: there is no boat 'buoy'"
+    ]
 
 
 PARTS = "red_bound_0, red_bound_1, red_bound_2, green_bound_0, green_bound_1, green_bound_2"
