@@ -179,7 +179,7 @@ def test_a_reading_does_not_depend_on_when_it_is_requested():
         sim.advance(100)
     expected = {name: bits(reading) for name, reading in early.sense("a").items()}
     for boat in late.boats:
-        late.command(boat, **{name: -1.0 for name in AHEAD})
+        late.command(boat, **dict.fromkeys(AHEAD, -1.0))
     late.advance(8)
     assert {name: bits(reading) for name, reading in late.sense("a").items()} == expected
     assert len(expected) == len(sensors) >= 7
