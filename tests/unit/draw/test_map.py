@@ -7,6 +7,7 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
+from fingerprints import FONTS, check, placed
 from trees import partial
 from vrx_mj.draw.course import MapBoat, MapDock, MapObject, MapScene, map_of, nice_length
 from vrx_mj.draw.map import chart, draw_map
@@ -227,3 +228,12 @@ def test_a_boat_is_the_same_on_both_sides_of_its_heading():
     mirrored = {(round(x, 9), round(-y, 9) + 0.0) for x, y in corners}
     assert {(round(x, 9), round(y, 9) + 0.0) for x, y in corners} == mirrored
     assert corners[:, 0].max() == pytest.approx(-corners[:, 0].min())
+
+
+def test_a_map_is_drawn_as_it_was():
+    docks = (replace(SCENE.docks[0], name="pier"),)  # letters that matplotlib carries
+    turned = replace(SCENE, title="turned", x_from_east=0.4, docks=docks, objects=())
+    many = tuple(MapObject(f"x{i}", f"kind{i}", 3.0 * i, 0.0, (0.1, 0, 0), 1, i % 2 == 0) for i in range(18))
+    rows = replace(turned, title="rows", objects=many, wind=None)
+    for scene, size in ((turned, (1100, 760)), (rows, (700, 500)), (MapScene("empty", shore=SHORE), (400, 300))):
+        check("draw", scene.title, rounding=FONTS, map=placed(chart(scene, size)))
