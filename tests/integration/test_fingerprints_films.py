@@ -1,11 +1,11 @@
-"""What films show, but for what OpenGL makes of it: the scenes, eyes and texts that they had before."""
+"""What films show, but for what OpenGL makes of it, and what they are drawn from: what they had before."""
 
 import numpy as np
 import pytest
 
 import vrx_mj
 from fingerprints import check
-from integration.test_fingerprints_recordings import WINDY
+from integration.test_fingerprints_recordings import WINDY, by_root, numbers_of
 from integration.test_fingerprints_worlds import compiled
 from vrx_mj.recording.video import Film, Shot, stage
 
@@ -57,6 +57,7 @@ def test_a_film_shows_what_it_showed(name, tmp_path, monkeypatch):
             sim.command_all({boat: dict.fromkeys(sim.command_names(boat), 0.8) for boat in sim.boats})
             sim.advance(round(0.3 / sim.timestep))
             sim.event("done", "WARN")
+    check("recordings", f"filmed: {name}", **by_root(numbers_of(tmp_path / "run.rrd")))
     monkeypatch.setattr(stage, "Canvas", Canvas)
     film = Film(vrx_mj.read_record(tmp_path / "run.rrd"), shot, size=SIZE, fps=5.0)
     shown = [film.picture(time) for time in film.times[:: max(1, len(film.times) - 1)]]
