@@ -6,8 +6,10 @@ from collections import defaultdict
 import pytest
 from pyarrow import types
 
+import recorded_run
 import vrx_mj
 from fingerprints import check
+from integration.jointed import PENDULUM, RAFT, simulation_of
 from integration.test_fingerprints_worlds import compiled
 
 WINDY = {
@@ -84,6 +86,24 @@ def test_so_does_one_of_a_boat_in_wind_waves_and_tide(tmp_path):
     check_recording(
         "windy", compiled(WINDY, fleet={"boats": [{"robot": "wamv", "pose": [1, 2, 0, 0, 0, 0.4]}]}), tmp_path
     )
+
+
+@pytest.mark.parametrize("boats", [1, 3, 9])
+def test_so_do_made_up_ones(boats, tmp_path):
+    """Of boats in circles on one wave."""
+    check(
+        "recordings",
+        f"made up, {boats}",
+        **by_root(numbers_of(recorded_run.record_run(tmp_path / "a.rrd", 3.0, boats))),
+    )
+
+
+def test_so_does_one_of_things_with_joints(tmp_path):
+    things = {"raft": (RAFT, (0, 0, 0, 0, 0, 0)), "arm": (PENDULUM, (6, 0, 0, 0, 0.3, 0))}
+    sim = simulation_of(tmp_path, sea=WINDY["sea"], **things)
+    with vrx_mj.record(sim, tmp_path / "run.rrd"):
+        sim.advance(100)
+    check("recordings", "joints", **by_root(numbers_of(tmp_path / "run.rrd")))
 
 
 @pytest.mark.slow
