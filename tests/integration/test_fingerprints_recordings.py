@@ -98,11 +98,17 @@ def test_so_do_made_up_ones(boats, tmp_path):
     )
 
 
-def test_so_does_one_of_things_with_joints(tmp_path):
+def test_so_does_one_of_things_with_joints_and_boats_that_come_and_go(tmp_path):
     things = {"raft": (RAFT, (0, 0, 0, 0, 0, 0)), "arm": (PENDULUM, (6, 0, 0, 0, 0.3, 0))}
     sim = simulation_of(tmp_path, sea=WINDY["sea"], **things)
     with vrx_mj.record(sim, tmp_path / "run.rrd"):
-        sim.advance(100)
+        sim.advance(40)
+        sim.spawn("late", pose=(20, -30, 0, 0, 0, 1.0), sensors="none")
+        sim.advance(40)
+        sim.remove("late")
+        sim.spawn("later", pose=(-20, -30, 0, 0, 0, 2.0), sensors="none")
+        sim.spawn("late", pose=(20, -30, 0, 0, 0, 1.0), sensors="none")
+        sim.advance(40)
     check("recordings", "joints", **by_root(numbers_of(tmp_path / "run.rrd")))
 
 
