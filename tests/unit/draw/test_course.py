@@ -215,8 +215,11 @@ def test_a_plan_holds_the_course_but_not_where_objects_wait_to_come_up():
 
 def test_a_map_of_everything_is_drawn_as_it_was():
     scene = full_scene()
-    few = replace(
-        scene, waypoints=((5.0, 5.0, 1.0),), boats=(*scene.boats, MapBoat("b", 8.0, -30.0, 2.0, (0.1, 0.5, 0.6)))
+    boats = (*scene.boats, MapBoat("b", 8.0, -30.0, 2.0, (0.1, 0.5, 0.6)))
+    wrong = tuple(replace(bay, right=False) for bay in scene.course.bays)
+    far = [replace(light, colors=light.colors[::-1], x=80.0) for light in scene.course.lights]
+    goal = replace(
+        scene, waypoints=((5.0, 5.0, 1.0),), boats=boats, course=replace(scene.course, bays=wrong, lights=tuple(far))
     )
-    for name, one, size in (("all", scene, (900, 650)), ("small", few, (500, 700))):
+    for name, one, size in (("all", scene, (900, 650)), ("small", goal, (500, 700))):
         check("draw", name, rounding=FONTS, scene=one, map=placed(chart(one, size)))
