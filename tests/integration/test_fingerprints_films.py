@@ -5,26 +5,16 @@ import pytest
 
 import vrx_mj
 from fingerprints import check
-from integration.test_fingerprints_recordings import WINDY, by_root, numbers_of
-from integration.test_fingerprints_worlds import compiled
+from integration.test_fingerprints_recordings import by_root, numbers_of, world_of
 from vrx_mj.recording.video import Film, Shot, stage
 
 SIZE = (192, 108)
-TASK = {"extends": "scan_dock_deliver", "sea": WINDY["sea"]}
-PAIR = {
-    "boats": [{"name": "a", "pose": [0, 0, 0, 0, 0, 0.4]}, {"name": "b", "thrusters": "T", "pose": [9, 14, 0, 0, 0, 2]}]
-}
-FOG = {
-    "extends": "ocean",
-    "scene": {"fog": {"type": "exp", "density": 0.02}},
-    "sea": {"model": "regular", "height": 0.02, "period": 6.0},
-}
 SHOTS = {
-    "task": (TASK, None, Shot(speed=2.0)),
-    "above": (WINDY, PAIR, Shot(view="above", boat="b", begin=0.2, fps=3.0)),
-    "calm": (FOG, PAIR, Shot(view="chase", boat="b", captions=False, end=0.5)),
+    "pond": Shot(speed=2.0),
+    "windy": Shot(view="above", boat="b", begin=0.2, fps=3.0),
+    "fog": Shot(view="chase", boat="b", captions=False, end=0.5),
 }
-"""World, fleet and shot."""
+"""How two boats are filmed in a world."""
 
 
 class Canvas:
@@ -50,8 +40,7 @@ class Canvas:
 
 @pytest.mark.parametrize("name", SHOTS)
 def test_a_film_shows_what_it_showed(name, tmp_path, monkeypatch):
-    source, fleet, shot = SHOTS[name]
-    sim = vrx_mj.Simulation(compiled(source, fleet=fleet), seed=3)
+    sim = vrx_mj.Simulation(world_of(name), seed=3)
     with vrx_mj.record(sim, tmp_path / "run.rrd"):
         for _ in range(3):
             sim.command_all({boat: dict.fromkeys(sim.command_names(boat), 0.8) for boat in sim.boats})
@@ -59,7 +48,7 @@ def test_a_film_shows_what_it_showed(name, tmp_path, monkeypatch):
             sim.event("done", "WARN")
     check("recordings", f"filmed: {name}", **by_root(numbers_of(tmp_path / "run.rrd")))
     monkeypatch.setattr(stage, "Canvas", Canvas)
-    film = Film(vrx_mj.read_record(tmp_path / "run.rrd"), shot, size=SIZE, fps=5.0)
+    film = Film(vrx_mj.read_record(tmp_path / "run.rrd"), SHOTS[name], size=SIZE, fps=5.0)
     shown = [film.picture(time) for time in film.times[:: max(1, len(film.times) - 1)]]
     (drawn,) = film._stages.values()
     check("films", name, times=film.times, radii=drawn.radii, drawn=drawn._canvas.seen)

@@ -1,8 +1,11 @@
 """What recordings of busy worlds hold, chunk for chunk: the numbers that they had before."""
 
+import functools
 import re
+import shutil
 from collections import defaultdict
 
+import numpy as np
 import pytest
 from pyarrow import types
 
@@ -11,6 +14,8 @@ import vrx_mj
 from fingerprints import check
 from integration.jointed import PENDULUM, RAFT, simulation_of
 from integration.test_fingerprints_worlds import compiled
+from vrx_mj.recording.reader import read_record
+from vrx_mj.recording.session import viewable
 
 WINDY = {
     "sea": {"model": "jonswap", "significant_height": 0.4, "peak_period": 4.5, "components": 12, "spreading": 10.0},
@@ -18,6 +23,15 @@ WINDY = {
     "current": {"speed": 0.3, "direction": 80, "tide": {"speed": 0.4, "minor": 0.1, "direction": 20, "phase": 50}},
 }
 """Weather of which a recording has arrows and figures."""
+BOATS = {"boats": [{"name": "a", "pose": [0, 0, 0, 0, 0, 0.4]}, {"name": "b", "pose": [9, 4, 0, 0, 0, 2.0]}]}
+WORLDS = {
+    "windy": WINDY,
+    "pond": {"extends": "scan_dock_deliver", "sea": WINDY["sea"],
+             "wind": {"direction": 200, "mean_velocity": 6, "var_gain": 2}},
+    "fog": {"extends": "ocean", "scene": {"fog": {"type": "exp", "density": 0.02}},
+            "sea": {"model": "regular", "height": 0.02, "period": 6.0}},
+}  # fmt: skip
+"""Worlds of two boats, for this file and others."""
 EVERYDAY = {"wildlife_task": None}
 BY_NIGHT = {
     "gymkhana": None,
@@ -27,6 +41,12 @@ BY_NIGHT = {
 }  # fmt: skip
 NOT_OURS = re.compile(r"row_id|log_time|log_tick|RecordingInfo:start_time|rerun\.controls")
 """What tells of the machine and the hour."""
+
+
+@functools.cache
+def world_of(name):
+    """One of `WORLDS`, compiled."""
+    return compiled(WORLDS[name], fleet=BOATS)
 
 
 def numbers_of(path):
@@ -98,10 +118,11 @@ def test_so_do_made_up_ones(boats, tmp_path):
     )
 
 
-def test_so_does_one_of_things_with_joints_and_boats_that_come_and_go(tmp_path):
+def test_so_do_ones_of_joints_and_boats_that_come_and_go_closed_or_killed(tmp_path, monkeypatch):
+    monkeypatch.setattr("vrx_mj.recording.parts.FLUSH", 0.0)
     things = {"raft": (RAFT, (0, 0, 0, 0, 0, 0)), "arm": (PENDULUM, (6, 0, 0, 0, 0.3, 0))}
-    sim = simulation_of(tmp_path, sea=WINDY["sea"], **things)
-    with vrx_mj.record(sim, tmp_path / "run.rrd"):
+    sim, path, killed = simulation_of(tmp_path, sea=WINDY["sea"], **things), tmp_path / "run.rrd", tmp_path / "cut.rrd"
+    with vrx_mj.record(sim, path) as writer:
         sim.advance(40)
         sim.spawn("late", pose=(20, -30, 0, 0, 0, 1.0), sensors="none")
         sim.advance(40)
@@ -109,7 +130,28 @@ def test_so_does_one_of_things_with_joints_and_boats_that_come_and_go(tmp_path):
         sim.spawn("later", pose=(-20, -30, 0, 0, 0, 2.0), sensors="none")
         sim.spawn("late", pose=(20, -30, 0, 0, 0, 1.0), sensors="none")
         sim.advance(40)
-    check("recordings", "joints", **by_root(numbers_of(tmp_path / "run.rrd")))
+        shutil.copy(writer.path, killed)
+    shown = tmp_path / "shown"
+    shown.mkdir()
+    for name, file in (("joints", path), ("killed", viewable(read_record(killed), None, shown))):
+        check("recordings", name, **by_root(numbers_of(file)), views=views_of(file))
+    (tmp_path / "followed").mkdir()
+    check("recordings", "followed", views=views_of(viewable(read_record(path), "later", tmp_path / "followed")))
+
+
+def views_of(path):
+    """Fractions in the views of a recording, by column, smallest rows first: views have numbers at random."""
+    from rerun.chunk import RrdReader
+
+    reader, found = RrdReader(str(path)), defaultdict(list)
+    for chunk in reader.stream(store=reader.blueprints()[0]):
+        batch = chunk.to_record_batch()
+        for name in (name for name in batch.schema.names if not NOT_OURS.search(name)):
+            arrays = [
+                one for one in leaves(batch.column(name)) if isinstance(one, np.ndarray) and one.dtype.kind == "f"
+            ]
+            found[name] += [one.tolist() for one in arrays if one.size]
+    return {name: sorted(rows) for name, rows in sorted(found.items())}
 
 
 @pytest.mark.slow

@@ -5,15 +5,8 @@ import numpy as np
 import vrx_mj
 from fingerprints import check
 from integration.jointed import PENDULUM, RAFT, simulation_of
-from integration.test_fingerprints_recordings import WINDY
+from integration.test_fingerprints_recordings import BOATS, WINDY, world_of
 from integration.test_fingerprints_worlds import arrays_of, compiled
-
-BOATS = {"boats": [{"name": "a", "pose": [0, 0, 0, 0, 0, 0.4]}, {"name": "b", "pose": [9, 4, 0, 0, 0, 2.0]}]}
-POND = {
-    "extends": "scan_dock_deliver",
-    "sea": WINDY["sea"],
-    "wind": {"direction": 200, "mean_velocity": 6, "var_gain": 2},
-}
 
 
 class Run:
@@ -58,7 +51,7 @@ class Run:
 
 
 def test_boats_that_touch_come_and_go_do_as_before():
-    sim = vrx_mj.Simulation(compiled(POND, fleet=BOATS), seed=4)
+    sim = vrx_mj.Simulation(world_of("pond"), seed=4)
     run = Run("pond", sim)
     run.look()
     for number, boat in enumerate(sim.boats):
@@ -94,7 +87,7 @@ def test_joints_go_on_as_before(tmp_path):
 def test_rows_of_a_batch_go_on_as_before():
     pair = {"boats": [{**boat, "robot": "blueboat"} for boat in BOATS["boats"]]}
     marine = compiled(WINDY | {"physics": {"profile": "marine"}}, fleet=pair)
-    for name, world in (("marine", marine), ("vrx", compiled(WINDY, fleet=BOATS))):
+    for name, world in (("marine", marine), ("vrx", world_of("windy"))):
         batch = vrx_mj.Batch(world, 4, seed=2, threads=1)
         given = np.linspace(-0.4, 0.9, batch.n)[:, None] * np.linspace(1.0, 0.5, len(batch.channels))
         batch.vary(rows=[1], waves=0.7)
