@@ -6,6 +6,7 @@ import pytest
 import vrx_mj
 from fingerprints import check
 from integration.test_fingerprints_recordings import by_root, numbers_of, world_of
+from vrx_mj.recording import exports
 from vrx_mj.recording.video import Film, Shot, stage
 
 SIZE = (192, 108)
@@ -47,8 +48,13 @@ def test_a_film_shows_what_it_showed(name, tmp_path, monkeypatch):
             sim.advance(round(0.3 / sim.timestep))
             sim.event("done", "WARN")
     check("recordings", f"filmed: {name}", **by_root(numbers_of(tmp_path / "run.rrd")))
+    record = vrx_mj.read_record(tmp_path / "run.rrd")
+    tables = {name: table.to_pydict() for name, table in exports.read(record).items()}
+    tracks = [tmp_path / f"track{suffix}" for suffix in (".gpx", ".geojson") if name == "pond"]
+    rows = [exports.write_table(record.path, path) for path in tracks]
+    check("recordings", f"tables: {name}", **tables, rows=rows, tracks=[path.read_text("utf-8") for path in tracks])
     monkeypatch.setattr(stage, "Canvas", Canvas)
-    film = Film(vrx_mj.read_record(tmp_path / "run.rrd"), SHOTS[name], size=SIZE, fps=5.0)
+    film = Film(record, SHOTS[name], size=SIZE, fps=5.0)
     shown = [film.picture(time) for time in film.times[:: max(1, len(film.times) - 1)]]
     (drawn,) = film._stages.values()
     check("films", name, times=film.times, radii=drawn.radii, drawn=drawn._canvas.seen)

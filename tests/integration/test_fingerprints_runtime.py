@@ -109,3 +109,18 @@ def test_rows_of_a_batch_go_on_as_before():
         check("runtime", f"batch, {name}", moments=moments, afloat=afloat, waves=[batch.waves(row) for row in range(4)])
         if name == "marine":
             check("runtime", "batch: energy", energy=[batch.energy(boat) for boat in batch.boats])
+
+
+def test_a_run_is_summed_up_as_before():
+    sim = vrx_mj.Simulation(world_of("pond"), seed=4)
+    beside = (*np.add(sim.observe()["a"].position, (0.3, 2.2, 0.0)), 0.0, 0.0, 0.1)
+
+    def controller(observations, time):
+        if time == 0.0:
+            sim.set_boat("b", pose=beside, velocity=(0.0, -1.0, 0.0, 0.0, 0.0, 0.0))
+        return {boat: dict.fromkeys(sim.command_names(boat), 0.1 + time) for boat in observations}
+
+    found = vrx_mj.run(sim, 0.8, controller=controller).as_dict()
+    for machine in ("wall_time", "real_time_factor", "state_sha256", "physics_version", "platform"):
+        del found[machine]
+    check("runtime", "run", **found)
