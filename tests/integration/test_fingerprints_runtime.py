@@ -124,3 +124,16 @@ def test_a_run_is_summed_up_as_before():
     for machine in ("wall_time", "real_time_factor", "state_sha256", "physics_version", "platform"):
         del found[machine]
     check("runtime", "run", **found)
+
+
+def test_weather_is_asked_for_as_before():
+    """All over the place and at times before and after that of the run."""
+    sim = vrx_mj.Simulation(world_of("windy"), seed=4)
+    random = np.random.default_rng(1)
+    x, y, t = random.uniform((-50.0, -50.0, 0.0), (50.0, 50.0, 30.0), (8, 3)).T
+    for steps in (0, 150):
+        sim.advance(steps)
+        gusts = sim.wind.velocity(t), sim.wind.velocity(t[:, None], [0.5, 10.0, 40.0])
+        water = [ask(x, y, t) for ask in (sim.sea.height, sim.sea.slope)]
+        water += [ask(x, y, -x / 90.0 - 0.6, t) for ask in (sim.sea.velocity, sim.sea.acceleration, sim.sea.pressure)]
+        check("runtime", f"weather, {steps}", wind=[sim.wind.speed, sim.wind.direction, gusts], sea=water)
