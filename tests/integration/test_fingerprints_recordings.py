@@ -75,6 +75,12 @@ def leaves(array):
     return [array.to_numpy(zero_copy_only=False) if plain else array.to_pylist()]
 
 
+def columns_of(chunk):
+    """What is in the columns of a chunk, but for its own numbers."""
+    batch = chunk.to_record_batch()
+    return [leaves(batch.column(name)) for name in batch.schema.names if not NOT_OURS.search(name)]
+
+
 def check_recording(name, world, folder, seconds=1.5):
     sim = vrx_mj.Simulation(world, seed=3)
     path = folder / f"{name.replace('/', '_')}.rrd"

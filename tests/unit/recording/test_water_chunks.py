@@ -12,7 +12,7 @@ from hypothesis.extra.numpy import arrays
 import recorded_run
 import vrx_mj
 from fingerprints import check
-from integration.test_fingerprints_recordings import NOT_OURS, leaves
+from integration.test_fingerprints_recordings import columns_of
 from vrx_mj.frames import quaternion, rotation_matrix
 from vrx_mj.recording import sea_meshes, water_chunks
 from vrx_mj.recording.blueprint import PLAN_WATER
@@ -470,9 +470,3 @@ def test_what_boats_leave_is_what_it_was_however_far_they_go():
         chunks = water([boat.name for boat in boats[:there]], time[begin:end], poses[begin:end, :there])
         found = [[chunk.entity_path, *columns_of(chunk)] for chunk in chunks]
         check("meshes", f"water {number}", chunks=found)
-
-
-def columns_of(chunk):
-    """Numbers of a chunk, but for its own numbers."""
-    batch = chunk.to_record_batch()
-    return [leaves(batch.column(name)) for name in batch.schema.names if not NOT_OURS.search(name)]
