@@ -56,7 +56,16 @@ def test_boats_that_touch_come_and_go_do_as_before():
     run.look()
     for number, boat in enumerate(sim.boats):
         sim.command_all({boat: dict.fromkeys(sim.command_names(boat), 0.4 + 0.3 * number)})
+    shown = [sim.showing(name) for name in (*sim.lights, *sim.placards)]
     run.go(120)
+    for light in sim.lights:
+        sim.set_light(light, ("red", "blue", "green"))
+    for placard in sim.placards[:2]:
+        sim.set_placard(placard, "blue_cross")
+    for name in (*sim.lights, *sim.placards[1:]):
+        sim.shuffle(name)
+    shown += [sim.showing(name) for name in (*sim.lights, *sim.placards)]
+    check("runtime", "lights and placards", shown=shown)
     sim.set_boat("b", pose=(*np.add(sim.observe()["a"].position, (0.3, 2.2, 0.0)), 0.0, 0.0, 0.1))
     run.go(70)
     sim.set_boat("b", pose=(0.0, 60.0, 0.0, 0.0, 0.0, 0.0), velocity=(1.0, 0.5, 0.0, 0.0, 0.0, 0.2))
