@@ -478,3 +478,35 @@ def test_a_world_with_other_columns_than_its_rows_is_refused():
     assert refusal(check_columns, wrong, model) == (
         "the recording is damaged: the columns of its rows are not those of its world"
     )
+
+
+def test_a_parser_may_take_memory_and_time_for_the_size_of_a_recording(recording, monkeypatch):
+    given = {}
+
+    def noted(job, *arguments, **options):
+        given.update(options, job=job)
+        return ask(job, *arguments, **options)
+
+    monkeypatch.setattr(rrd_file, "ask", noted)
+    read_record(recording)
+    size = recording.stat().st_size
+    assert (given["memory"], given["answer"]) == (2 * ((64 << 20) + 16 * size), (64 << 20) + 16 * size)
+    assert given["seconds"] == 5 + (size >> 20)
+    assert given["reads"] == [recording.absolute()]
+
+
+def test_a_viewer_that_is_not_installed_and_a_file_that_cannot_be_read_are_told(recording, monkeypatch, tmp_path):
+    monkeypatch.setattr("rerun.__file__", str(tmp_path / "rerun_sdk" / "rerun" / "__init__.py"))
+    path = tmp_path / "rerun_sdk" / "rerun_cli" / ("rerun.exe" if sys.platform == "win32" else "rerun")
+    assert refusal(rrd_file.viewer_binary) == f"no rerun viewer at '{path}': install rerun-sdk for this platform"
+    path.parent.mkdir(parents=True)
+    path.touch()
+    assert rrd_file.viewer_binary() == path
+    monkeypatch.setenv("SOME", "thing")
+    assert {"SOME": "thing", "CI": "true"}.items() <= rrd_file.viewer_environment().items()
+
+    def fail(_):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(rrd_file, "_whole_file", fail)
+    assert refusal(read_record, recording) == f"cannot read the recording '{recording}': Permission denied"

@@ -1,9 +1,11 @@
 """The page that a browser is given, and the ports of it."""
 
 import http.client
+import io
 import socket
+import subprocess
 import threading
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from functools import partial
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from types import SimpleNamespace
@@ -11,7 +13,7 @@ from types import SimpleNamespace
 import pytest
 
 from vrx_mj.errors import RecordError
-from vrx_mj.recording import viewer
+from vrx_mj.recording import session, viewer
 from vrx_mj.recording.viewer import LOOPBACK, _answers, _Page, free_port, where_to_look
 
 HTML = b'<head><link rel="x" href="https://fonts.example/a"><link href="./own.css"></head>'
@@ -101,3 +103,142 @@ def test_who_watches_is_told_why_where_and_how():
         "Open http://here:1/",
         f"It listens on this machine only; from another machine, first run: {tunnel}",
     ]
+
+
+@pytest.fixture
+def opened(monkeypatch):
+    """A recording that is opened without being read, and what became of it."""
+    found = []
+
+    def viewable(_record, follow, folder):
+        found.append((follow, folder.is_dir()))
+        return "f.rrd"
+
+    record = SimpleNamespace(warn_of_physics=lambda: found.append("physics"))
+    monkeypatch.setattr(session, "read_record", lambda path, *, whole: record if whole else None)
+    monkeypatch.setattr(
+        session, "viewable", lambda _record, follow, folder: found.append((follow, folder.is_dir())) or "f.rrd"
+    )
+    monkeypatch.setattr(session, "viewer_binary", lambda: "rerun")
+    return found
+
+
+def test_with_a_display_the_viewer_is_started_and_its_code_is_returned(opened, monkeypatch):
+    def run(command, **options):
+        opened.append((command, options["env"]["CI"], options["check"]))
+        return SimpleNamespace(returncode=5)
+
+    monkeypatch.setattr(session, "no_window", lambda *, mujoco: "always" if mujoco else None)
+    monkeypatch.setattr(session.subprocess, "run", run)
+    assert session.open_viewer("run.rrd", follow="a") == 5
+    command = ["rerun", "f.rrd", "--bind", LOOPBACK, "--hide-welcome-screen"]
+    assert opened == ["physics", ("a", True), (command, "true", False)]
+
+
+@pytest.mark.parametrize("interrupted", [False, True])
+def test_without_a_display_it_is_served_until_it_ends_or_ctrl_c(opened, monkeypatch, interrupted):
+    class Server:
+        page_url, ports = "http://here:1/", (1, 2)
+
+        def __init__(self, file):
+            opened.append(file)
+
+        def wait(self):
+            if interrupted:
+                raise KeyboardInterrupt
+            return 3
+
+        def close(self):
+            opened.append("closed")
+
+    monkeypatch.setattr(session, "no_window", lambda **_: "no display")
+    monkeypatch.setattr(viewer, "Server", Server)
+    lines = []
+    assert session.open_viewer("run.rrd", write=lines.append) == (0 if interrupted else 3)
+    assert opened == ["physics", (None, True), "f.rrd", "closed"]
+    assert lines == [*where_to_look(Server(""), "no display"), "Press Ctrl-C to stop."]
+
+
+def test_a_viewer_that_does_not_end_by_itself_is_killed():
+    called = []
+
+    def wait(seconds=None):
+        called.append(f"wait {seconds}")
+        if seconds:
+            raise subprocess.TimeoutExpired("rerun", seconds)
+
+    server = object.__new__(viewer.Server)
+    pages = SimpleNamespace(shutdown=lambda: called.append("shutdown"), server_close=lambda: called.append("close"))
+    process = {name: lambda name=name: called.append(name) for name in ("terminate", "kill")}
+    server._pages, server._process = pages, SimpleNamespace(wait=wait, **process)
+    server._output = SimpleNamespace(close=lambda: called.append("output"))
+    server.close()
+    assert called == ["shutdown", "close", "terminate", "wait 5.0", "kill", "wait None", "output"]
+
+
+def test_the_last_line_of_a_viewer_is_told():
+    server = object.__new__(viewer.Server)
+    server._output = io.BytesIO(b"one\ntwo: wrong\n\n")
+    assert server._last_line() == "two: wrong"
+    server._output = io.BytesIO()
+    assert server._last_line() == "nothing after 20 s"
+
+
+def test_a_page_asks_for_the_data_of_this_machine():
+    server = object.__new__(viewer.Server)
+    server.page_port, server.data_port, server.data_url = 1, 2, "rerun+http://here:2/proxy"
+    assert server.page_url == f"http://{LOOPBACK}:1/?url=rerun%2Bhttp%3A%2F%2Fhere%3A2%2Fproxy&hide_welcome_screen=1"
+    assert server.ports == (1, 2)
+
+
+class Process:
+    """Stands for a viewer; it answers when it has been asked so often whether it runs."""
+
+    def __init__(self, command, **options):
+        self.command, self.options = command, options
+
+    def poll(self):
+        return None
+
+    def wait(self, _seconds=None):
+        return 0
+
+    def terminate(self):
+        """Nothing."""
+
+
+def test_a_server_keeps_three_times_the_size_of_its_files_and_half_a_gigabyte(tmp_path, monkeypatch):
+    files = [tmp_path / "a.rrd", tmp_path / "b.rrd"]
+    for file, size in zip(files, (3_000_000, 1_000_000), strict=True):
+        file.write_bytes(bytes(size))
+    monkeypatch.setattr(viewer.subprocess, "Popen", Process)
+    monkeypatch.setattr(viewer, "viewer_binary", lambda: "rerun")
+    monkeypatch.setattr(viewer, "_answers", lambda _: True)
+    with closing(viewer.Server(*files)) as server:
+        command, options = server._process.command, server._process.options
+        assert command == [
+            "rerun", *map(str, files), "--serve-web", "--bind", LOOPBACK, "--port", str(server.data_port),
+            "--web-viewer-port", str(server._hidden_port), "--server-memory-limit", "512MB",
+        ]  # fmt: skip
+        assert options["start_new_session"]
+        assert options["env"]["CI"] == "true"
+        assert server.is_running()
+        assert server.data_url == f"rerun+http://{LOOPBACK}:{server.data_port}/proxy"
+        assert len({server.page_port, server.data_port, server._hidden_port}) == 3
+
+
+def test_a_server_is_waited_for_20_s(monkeypatch):
+    clock = SimpleNamespace(now=100.0, naps=[])
+
+    def sleep(seconds):
+        clock.naps.append(seconds)
+        clock.now += 1.0
+
+    monkeypatch.setattr(viewer, "time", SimpleNamespace(monotonic=lambda: clock.now, sleep=sleep))
+    monkeypatch.setattr(viewer.subprocess, "Popen", Process)
+    monkeypatch.setattr(viewer, "viewer_binary", lambda: "rerun")
+    monkeypatch.setattr(viewer, "_answers", lambda _: False)
+    with pytest.raises(RecordError) as refused:
+        viewer.Server()
+    assert str(refused.value) == "rerun's browser viewer does not start: nothing after 20 s"
+    assert clock.naps == [0.05] * 21
