@@ -192,7 +192,7 @@ def test_a_page_asks_for_the_data_of_this_machine():
 
 
 class Process:
-    """Stands for a viewer; it answers when it has been asked so often whether it runs."""
+    """Stands for a viewer that runs until it is ended."""
 
     def __init__(self, command, **options):
         self.command, self.options = command, options
