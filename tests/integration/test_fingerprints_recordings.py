@@ -78,7 +78,18 @@ def leaves(array):
 def columns_of(chunk):
     """What is in the columns of a chunk, but for its own numbers."""
     batch = chunk.to_record_batch()
-    return [leaves(batch.column(name)) for name in batch.schema.names if not NOT_OURS.search(name)]
+    return [colors_apart(leaves(batch.column(name))) for name in batch.schema.names if not NOT_OURS.search(name)]
+
+
+def colors_apart(parts):
+    """Parts of columns, colours as four numbers: of one number the last channel would hardly count."""
+    return [one.view(np.uint8) if getattr(one, "dtype", None) == np.uint32 else one for one in parts]
+
+
+def colors_of(columns):
+    """The colours in the columns of a recording, but for those of meshes, which are many."""
+    named = {name: one for name, one in columns.items() if "olor" in name and "vertex" not in name}
+    return {name: colors_apart(parts) for name, parts in named.items()}
 
 
 def check_recording(name, world, folder, seconds=1.5):

@@ -12,7 +12,7 @@ import vrx_mj
 from fingerprints import check
 from integration.sailing import AHEAD, boats
 from integration.sensing import COMPASS, GPS, GUN, IMU, P3D, PINGER, SONAR, SYDNEY, WIND, sailing
-from integration.test_fingerprints_recordings import by_root, numbers_of
+from integration.test_fingerprints_recordings import by_root, colors_of, numbers_of
 from vrx_mj.config.sensors import CameraConfig, LidarConfig
 from vrx_mj.config.world import Georeference
 from vrx_mj.errors import CommandError, RecordError, SensorError, UnknownNameError
@@ -69,7 +69,8 @@ def same(one, other):
 
 def test_what_is_shown_of_readings_is_what_it_was(recorded):
     """First here, so that a map of lines has what the run of the module's recording passes through."""
-    check("recordings", "sensors", **by_root(numbers_of(recorded[0].path)))
+    columns = numbers_of(recorded[0].path)
+    check("recordings", "sensors", **by_root(columns), colors=colors_of(columns))
 
 
 @pytest.mark.parametrize("name", NAMES)
