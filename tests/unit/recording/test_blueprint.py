@@ -168,7 +168,7 @@ def flat(values):
 
 def test_views_show_what_they_showed():
     scene, track = recorded_run.scene(), np.array([[-30.0, -20.0], [40.0, 60.0]])
-    calm = replace(scene, parameters=partial(CALM | {"georeference": None}), thrusters=scene.thrusters[:2])
+    calm = replace(scene, parameters=partial(CALM | {"georeference": None}), thrusters=scene.thrusters[:3])
     suite = (GPS, IMU, PINGER, WIND, *(CAMERA.model_copy(update={"name": f"camera{i}"}) for i in range(5)))
     sensing, one_eye = (
         scene_of(sailing(some, fleet=boats((0, 0, 0))), {("a", one.name): 5.0 for one in some})
