@@ -24,6 +24,8 @@ MADE_BY = {" made by": "tests/fingerprints.py"}
 WRITING = "VRX_MJ_WRITE_FINGERPRINTS"
 ROUNDING = 1e-9
 """Share of a fingerprint that another machine's rounding may change; a run of a second differs by far less."""
+FONTS = 1e-6
+"""As `ROUNDING`, of places of texts, which versions of FreeType round."""
 SMALL = 1e-3
 """Numbers below this count by their size, larger ones by their logarithm: none hides the others."""
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
@@ -57,6 +59,32 @@ def fingerprint(value: object) -> list[float]:
 def numbers_in(text: str) -> list[float]:
     """The numbers in a text; its words may be put better."""
     return [float(found) for found in NUMBER.findall(text)]
+
+
+LOOKS = ("alpha", "color", "edgecolor", "facecolor", "fontsize", "linestyle", "linewidth", "marker", "markeredgecolor",
+         "markeredgewidth", "markersize", "radius", "text", "visible", "xydata", "xy", "zorder")  # fmt: skip
+"""Properties of what is drawn that do not depend on the fonts of a machine."""
+
+
+def drawn(figure: Any) -> Iterator[list[object]]:
+    """Kinds and looks of all that a figure of matplotlib has, in its order."""
+    for one in figure.findobj():
+        yield [type(one).__name__, *(getattr(one, f"get_{name}")() for name in LOOKS if hasattr(one, f"get_{name}"))]
+
+
+def placed(figure: Any) -> list[object]:
+    """Where in its picture all is that a figure has, and how: nodes of its paths, and places of its texts."""
+    figure.draw_without_rendering()
+    rows = list[object](drawn(figure))
+    for one in figure.findobj():
+        if hasattr(one, "get_path"):
+            rows.append(one.get_transform().transform(one.get_path().vertices))
+        elif hasattr(one, "get_paths"):
+            rows.append([one.get_transform().transform(path.vertices) for path in one.get_paths()])
+        elif hasattr(one, "get_fontweight"):
+            place = one.get_transform().transform(one.get_position())
+            rows.append([place, one.get_fontweight(), one.get_ha(), one.get_va(), one.get_fontsize()])
+    return rows
 
 
 @cache

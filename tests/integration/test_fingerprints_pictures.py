@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from campaigns import campaign_of, failed, scored
-from fingerprints import check, numbers_in
+from fingerprints import check, drawn, numbers_in
 from integration.test_fingerprints_worlds import compiled
 from vrx_mj.campaign.page import page, sketch_of
 from vrx_mj.campaign.scores import compare
@@ -25,21 +25,10 @@ BY_NIGHT = {
 }  # fmt: skip
 
 
-LOOKS = ("alpha", "color", "edgecolor", "facecolor", "fontsize", "linestyle", "linewidth", "marker", "markeredgecolor",
-         "markeredgewidth", "markersize", "radius", "text", "visible", "xydata", "xy", "zorder")  # fmt: skip
-"""Properties of what is drawn that do not depend on the fonts of a machine."""
-
-
 def check_map(name, fleet):
     world = compiled(name, fleet=fleet)
     scene = map_of(world)
     check("pictures", name, scene=scene, sketch=sketch_of(world), drawn=drawn(chart(scene, (1600, 1100))))
-
-
-def drawn(figure):
-    """Kinds and looks of all that a figure has, in its order."""
-    for one in figure.findobj():
-        yield [type(one).__name__, *(getattr(one, f"get_{name}")() for name in LOOKS if hasattr(one, f"get_{name}"))]
 
 
 @pytest.mark.parametrize("name", EVERYDAY)

@@ -10,6 +10,7 @@ from fingerprints import check, numbers_in
 from vrx_mj.config.search import catalogue
 from vrx_mj.mjcf.parameters import parameters
 from vrx_mj.model.world import tree_of
+from vrx_mj.runtime.views import ARRAYS, OWN, PARAMETER, STATE
 
 EVERYDAY = {
     "example_course": "trio", "gymkhana": None, "marina": None, "my_course": None,
@@ -73,6 +74,14 @@ def check_run(file, key, world, seconds=1.0):
         task=sim.task,
         weather=[sim.row(), sim.sea.height(*np.mgrid[:3, :4], sim.time)],
     )  # fmt: skip
+    check("loop", f"{file}: {key}", **arrays_of(sim))
+
+
+def arrays_of(sim):
+    """The arrays of the compiled loop: those of all runs of a world, of a state, and of the run."""
+    found = sim._live.arrays.by_name(np.zeros(3, np.int64), np.zeros((0, 0)))
+    del found["drift"]  # the mean forces
+    return {use: {name: found[name] for name in found if ARRAYS[name].use == use} for use in (PARAMETER, STATE, OWN)}
 
 
 @pytest.mark.parametrize("name", EVERYDAY)

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 import vrx_mj
+from fingerprints import check
 from integration.sailing import AHEAD, boats
 from integration.sensing import COMPASS, GPS, GUN, IMU, P3D, PINGER, SONAR, SYDNEY, WIND, sailing
+from integration.test_fingerprints_recordings import by_root, colors_of, numbers_of
 from vrx_mj.config.sensors import CameraConfig, LidarConfig
 from vrx_mj.config.world import Georeference
 from vrx_mj.errors import CommandError, RecordError, SensorError, UnknownNameError
@@ -63,6 +65,12 @@ def same(one, other):
         type(a) is type(b) and np.asarray(a).dtype == np.asarray(b).dtype and np.array_equal(a, b) for a, b in pairs
     )
     return plain[0] == plain[1] and type(one.data) is type(other.data) and alike
+
+
+def test_what_is_shown_of_readings_is_what_it_was(recorded):
+    """First here, so that a map of lines has what the run of the module's recording passes through."""
+    columns = numbers_of(recorded[0].path)
+    check("recordings", "sensors", **by_root(columns), colors=colors_of(columns))
 
 
 @pytest.mark.parametrize("name", NAMES)

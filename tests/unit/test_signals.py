@@ -4,9 +4,11 @@ import contextlib
 import signal
 import sys
 import threading
+from types import SimpleNamespace
 
 import pytest
 
+from vrx_mj import signals
 from vrx_mj.signals import check_interrupts, ended_by_signals
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has other signals")
@@ -64,3 +66,51 @@ def test_a_handler_that_python_does_not_know_is_left_alone(monkeypatch):
     monkeypatch.setattr(signal, "signal", lambda *_: pytest.fail("it cannot be put back"))
     with ended_by_signals() as came:
         assert came == []
+
+
+def test_once_the_interpreter_exits_calls_of_other_threads_end(monkeypatch):
+    own, told = threading.get_ident(), []
+    signals.check_exit()
+    monkeypatch.setattr(signals, "_exiting", [own])
+    signals.check_exit()
+
+    def enter():
+        try:
+            with signals.delays_exit():
+                told.append("inside")
+        except SystemExit:
+            told.append("ended")
+
+    thread = threading.Thread(target=enter)
+    thread.start()
+    thread.join()
+    assert told == ["ended"]
+    assert signals._inside == set()
+
+
+def test_an_exit_waits_for_what_is_inside_and_not_for_itself(monkeypatch):
+    monkeypatch.setattr(signals, "_inside", set())
+    with signals.delays_exit():
+        with signals.delays_exit():
+            assert signals._inside == {threading.get_ident()}
+        assert signals._inside == {threading.get_ident()}
+        assert not any(busy(threading.get_ident()) for busy in signals.BUSY[:1])
+        assert signals.BUSY[0](-1)
+    assert signals._inside == set()
+    assert not signals.BUSY[0](-1)
+
+
+@pytest.mark.parametrize("ends", [True, False])
+def test_an_exit_waits_until_nothing_is_busy_for_30_s_at_most(monkeypatch, ends):
+    clock = SimpleNamespace(now=0.0, naps=[])
+
+    def sleep(seconds):
+        clock.naps.append(seconds)
+        clock.now += 1.0
+
+    monkeypatch.setattr(signals, "time", SimpleNamespace(monotonic=lambda: clock.now, sleep=sleep))
+    monkeypatch.setattr(signals, "_exiting", [])
+    monkeypatch.setattr(signals, "BUSY", [lambda own: own == threading.get_ident() and not (ends and clock.now >= 7.0)])
+    signals._end_other_threads()
+    assert clock.naps == [0.001] * (7 if ends else 30)
+    assert signals._exiting == [threading.get_ident()]

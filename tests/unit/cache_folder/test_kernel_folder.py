@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import vrx_mj.physics.kernel as module
+from vrx_mj import cache_folder
 from vrx_mj.cache_folder import chosen_folder, insecure
 
 SOURCE = Path(module.__file__).parents[2]
@@ -161,3 +162,47 @@ def test_it_is_said_in_one_line_when_the_first_kernel_is_called(home, asked, res
 def below_a_file(folder):
     (folder / "file").touch()
     return folder / "file" / "no"
+
+
+@pytest.mark.parametrize(
+    ("platform", "variables", "folder"),
+    [
+        ("linux", {}, "/home/a/.cache"),
+        ("linux", {"XDG_CACHE_HOME": ""}, "/home/a/.cache"),
+        ("linux", {"XDG_CACHE_HOME": "/var/b"}, "/var/b"),
+        ("darwin", {"XDG_CACHE_HOME": "/var/b"}, "/home/a/Library/Caches"),
+        ("win32", {}, "/home/a/AppData/Local"),
+        ("win32", {"LOCALAPPDATA": "/c/b"}, "/c/b"),
+    ],
+)
+def test_each_platform_has_its_folder_for_caches(monkeypatch, platform, variables, folder):
+    monkeypatch.setattr(cache_folder.sys, "platform", platform)
+    for name in ("XDG_CACHE_HOME", "LOCALAPPDATA"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in variables.items():
+        monkeypatch.setenv(name, value)
+    assert cache_folder._user_cache(Path("/home/a")) == Path(folder) / "vrx_mj"
+
+
+def test_where_there_are_no_owners_everything_is_secure_and_users_have_names(monkeypatch, tmp_path):
+    monkeypatch.delattr(os, "getuid")
+    monkeypatch.setenv("USERNAME", "ann")
+    (tmp_path / "open").mkdir(mode=0o777)
+    assert insecure(tmp_path / "open") is None
+    assert cache_folder._user_name() == "ann"
+    monkeypatch.delenv("USERNAME")
+    assert cache_folder._user_name() == "user"
+
+
+def test_every_step_to_a_folder_is_passed(tmp_path):
+    (tmp_path / "a" / "b").mkdir(parents=True)
+    (tmp_path / "to_b").symlink_to(tmp_path / "a" / "b")
+    (tmp_path / "a" / "near").symlink_to("b/../b")
+    rest = [tmp_path.parents[len(tmp_path.parents) - 1 - i] for i in range(len(tmp_path.parents))] + [tmp_path]
+    a, b = tmp_path / "a", tmp_path / "a" / "b"
+    assert list(cache_folder._steps(b)) == [*rest, a, b]
+    assert list(cache_folder._steps(tmp_path / "to_b")) == [*rest, tmp_path / "to_b", *rest[1:], a, b]
+    assert list(cache_folder._steps(a / "near")) == [*rest, a, a / "near", b, b / "..", b]
+    circle = tmp_path / "circle"
+    circle.symlink_to("circle")
+    assert sum(step == circle for step in cache_folder._steps(circle)) == cache_folder._MAX_LINKS + 1

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
+from fingerprints import FONTS, check, placed
 from vrx_mj.draw import boat_pictures
-from vrx_mj.draw.boat_pictures import _HULL, BAD_COLOR, GOOD_COLOR, draw_verdict
+from vrx_mj.draw.boat_pictures import _HULL, BAD_COLOR, GOOD_COLOR, draw_hull, draw_verdict
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.parts.compliance import judge
 from vrx_mj.formats.parts.read import load_parts
@@ -130,3 +132,22 @@ def test_no_other_kind_of_picture(verdict, tmp_path):
 
 def test_the_boat_that_is_drawn_is_the_same_on_both_sides():
     assert sorted((name, light, (x, -y + 0.0, z)) for name, light, (x, y, z) in _HULL) == sorted(_HULL)
+
+
+def test_pictures_of_boats_are_drawn_as_they_were(verdict, tmp_path, monkeypatch):
+    check("draw", "verdict", rounding=FONTS, picture=placed(boat_pictures._figure(verdict)))
+    rows = "".join(f"  - {{name: camera_{i}, x: {0.01 * i}, y: {0.3 - 0.01 * i}}}\n" for i in range(40))
+    many = verdict_of(tmp_path, f"wamv_camera:\n{rows}", "")
+    monkeypatch.setattr(boat_pictures, "draw_surfaces", lambda *_: None)  # the boat is seen in the other one
+    check("draw", "verdict of many", rounding=FONTS, picture=placed(boat_pictures._figure(many)))
+    for count in (0, 1, 5, 8, 11, 13):
+        some = verdict_of(tmp_path, "wamv_camera:\n" + "".join(rows.splitlines(keepends=True)[:count]), "")
+        figure = Figure(figsize=(5, 4))
+        boat_pictures._list(figure.add_subplot(), some)
+        check("draw", f"list of {count}", rounding=FONTS, picture=placed(figure))
+    monkeypatch.undo()
+    figures = []
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda figure, *_, **__: figures.append(figure))
+    corners = np.random.default_rng(3).normal(size=(20, 3, 3))
+    draw_hull(corners, (0.1, 0.2, 0.3), [(-1.0, 0.5, -0.2), (-1.0, -0.5, -0.2)], tmp_path / "hull.png")
+    check("draw", "hull", rounding=FONTS, picture=placed(*figures))

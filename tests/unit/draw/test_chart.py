@@ -6,7 +6,8 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
-from vrx_mj.draw.chart import Chart, Series, chart_svg
+from fingerprints import FONTS, check, placed
+from vrx_mj.draw.chart import Chart, Series, _figure, chart_svg
 from vrx_mj.draw.style import boat_color, hex_color
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -77,3 +78,18 @@ def test_texts_are_taken_literally():
 def test_the_same_chart_gives_the_same_svg():
     chart = Chart("a", "x", "y", (Series("one", [0.0, 1.0], [0.0, 1.0], kind="points"),))
     assert chart_svg(chart) == chart_svg(chart)
+
+
+def test_a_chart_is_drawn_as_it_was():
+    x = np.linspace(0.0, 3.0, 7)
+    series = (
+        Series("ours", x, x**2, low=x**2 - 1.0, high=x**2 + 0.5), Series("", x, 2.0 * x, color=4),
+        Series("closed form", x, x, reference=True), Series("measured", x, 3.0 - x, kind="points", color=0),
+    )  # fmt: skip
+    for equal in (False, True):
+        check(
+            "draw",
+            f"chart, equal {equal}",
+            rounding=FONTS,
+            map=placed(_figure(Chart("a title", "t [s]", "d [m]", series, equal))),
+        )

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from fingerprints import check
 from vrx_mj.config.docks import RGB as LIGHTS
 from vrx_mj.draw import style
 from vrx_mj.draw.chart import Chart, Series, chart_svg
@@ -63,6 +64,14 @@ LINES = {
     **{f"hull of {name}": boat_color(0, rgb) for name, rgb in LIGHTS.items()}, "black hull": boat_color(0, (0, 0, 0)),
     **{f"engine {i}": rgb for i, rgb in enumerate(static_chunks.series_shades([boat_color(0)] * 4))},
 }  # fmt: skip
+
+
+def test_colours_are_those_that_people_know():
+    """From maps, charts and recordings that they made before."""
+    ramp = [style.shade(rgb, wanted) for rgb in np.eye(3) for wanted in (0.02, 0.1, 0.3, 0.8)]
+    sky = blueprint._SKY_COLOR, blueprint.PLAN_WATER, sea_meshes.DEEP, sea_meshes.CREST, sea_meshes._PALETTE
+    looks = [sky, style.LABEL, int(style.INK[1:], 16), {name: [*color] for name, color in LINES.items()}]
+    check("draw", "colours", looks=looks, ramp=ramp)
 
 
 @pytest.mark.parametrize("ground", [(255, 255, 255), (0, 0, 0)])

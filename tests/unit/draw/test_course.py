@@ -5,6 +5,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
+from fingerprints import FONTS, check, placed
 from trees import partial
 from vrx_mj.draw.course import (
     Course,
@@ -17,7 +18,7 @@ from vrx_mj.draw.course import (
     symbols_of,
     zone_corners,
 )
-from vrx_mj.draw.map import draw_map
+from vrx_mj.draw.map import chart, draw_map
 from vrx_mj.draw.plan import view_of
 from vrx_mj.model.tasks import Box
 
@@ -210,3 +211,15 @@ def test_a_plan_holds_the_course_but_not_where_objects_wait_to_come_up():
     west, south, east, north = view_of(plain, 1.4)
     assert view_of(replace(plain, objects=(far,)), 1.4) == (west, south, east, north)
     assert all(west < x < east and south < y < north for x, y in scene.course.spots())
+
+
+def test_a_map_of_everything_is_drawn_as_it_was():
+    scene = full_scene()
+    boats = (*scene.boats, MapBoat("b", 8.0, -30.0, 2.0, (0.1, 0.5, 0.6)))
+    wrong = tuple(replace(bay, right=False) for bay in scene.course.bays)
+    far = [replace(light, colors=light.colors[::-1], x=80.0) for light in scene.course.lights]
+    goal = replace(
+        scene, waypoints=((5.0, 5.0, 1.0),), boats=boats, course=replace(scene.course, bays=wrong, lights=tuple(far))
+    )
+    for name, one, size in (("all", scene, (900, 650)), ("small", goal, (500, 700))):
+        check("draw", name, rounding=FONTS, scene=one, map=placed(chart(one, size)))

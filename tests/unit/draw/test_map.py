@@ -7,11 +7,12 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
+from fingerprints import FONTS, check, placed
 from trees import partial
 from vrx_mj.draw.course import MapBoat, MapDock, MapObject, MapScene, map_of, nice_length
 from vrx_mj.draw.map import chart, draw_map
 from vrx_mj.draw.plan import _boat, view_of
-from vrx_mj.draw.style import boat_color, font_warnings_hidden, hex_color
+from vrx_mj.draw.style import Thing, boat_color, font_warnings_hidden, hex_color, label
 from vrx_mj.errors import VrxError
 from vrx_mj.mjcf.world import World, make_world
 from vrx_mj.model.water import Sea, Wind
@@ -227,3 +228,54 @@ def test_a_boat_is_the_same_on_both_sides_of_its_heading():
     mirrored = {(round(x, 9), round(-y, 9) + 0.0) for x, y in corners}
     assert {(round(x, 9), round(y, 9) + 0.0) for x, y in corners} == mirrored
     assert corners[:, 0].max() == pytest.approx(-corners[:, 0].min())
+
+
+def test_a_map_is_drawn_as_it_was():
+    docks = (replace(SCENE.docks[0], name="pier"),)  # letters that matplotlib carries
+    turned = replace(SCENE, title="turned", x_from_east=0.4, docks=docks, objects=())
+    many = tuple(MapObject(f"x{i}", f"kind{i}", 3.0 * i, 0.0, (0.1, 0, 0), 1, i % 2 == 0) for i in range(18))
+    rows = replace(turned, title="rows", objects=many, wind=None)
+    for scene, size in ((turned, (1100, 760)), (rows, (700, 500)), (MapScene("empty", shore=SHORE), (400, 300))):
+        check("draw", scene.title, rounding=FONTS, map=placed(chart(scene, size)))
+
+
+@pytest.mark.parametrize(
+    ("place", "sides"),
+    [
+        ((50.0, 50.0), ("left", "center")),
+        ((99.0, 50.0), ("right", "center")),
+        ((99.0, 1.0), ("right", "bottom")),
+        ((1.0, 1.0), ("left", "bottom")),
+        ((1.0, 99.0), ("left", "top")),
+        ((99.0, 99.0), ("right", "top")),
+    ],
+)
+def test_a_name_stands_beside_its_thing_and_within_the_frame(place, sides):
+    axes = Figure(figsize=(4, 4), dpi=100).add_axes((0, 0, 1, 1))
+    axes.set(xlim=(0, 100), ylim=(0, 100))
+    label(axes, [Thing("name", *place, 1.0)], 0.25)
+    (text,) = axes.texts
+    assert (text.get_ha(), text.get_va()) == sides
+    box, frame = text.get_window_extent(), axes.get_window_extent()
+    assert box.x0 > frame.x0
+    assert box.y0 > frame.y0
+    assert box.x1 < frame.x1
+    assert box.y1 < frame.y1
+
+
+def test_a_name_that_fits_nowhere_is_left_out_unless_it_must_be_there():
+    axes = Figure(figsize=(0.3, 0.3), dpi=100).add_axes((0, 0, 1, 1))
+    axes.set(xlim=(0, 100), ylim=(0, 100))
+    label(axes, [Thing("a long name", 50.0, 50.0, 1.0), Thing("", 5.0, 5.0, 1.0)], 3.0)
+    assert not axes.texts
+    label(axes, [Thing("another long name", 50.0, 50.0, 1.0, must=True)], 3.0)
+    assert [text.get_text() for text in axes.texts] == ["another long name"]
+
+
+def test_names_give_way_to_each_other_and_to_things():
+    axes = Figure(figsize=(4, 4), dpi=100).add_axes((0, 0, 1, 1))
+    axes.set(xlim=(0, 100), ylim=(0, 100))
+    label(axes, [Thing("one", 50.0, 50.0, 1.0), Thing("two", 50.0, 50.0, 1.0), Thing("", 40.0, 50.0, 6.0)], 0.25)
+    assert [(text.get_ha(), text.get_va()) for text in axes.texts] == [("left", "center"), ("center", "bottom")]
+    label(axes, [Thing("on it", 20.0, 20.0, 0.0)], 0.25)
+    assert (axes.texts[-1].get_ha(), axes.texts[-1].get_position()) == ("center", (20.0, 20.0))

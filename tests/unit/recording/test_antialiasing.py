@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from vrx_mj.recording.antialiasing import antialias
+from fingerprints import check
+from vrx_mj.recording.antialiasing import antialias, blend, fill_sky, write_yuv
 
 
 def edge(slope, side=64):
@@ -39,3 +40,21 @@ def test_all_pixels_but_those_of_the_border_are_smoothed():
     assert inner.any(axis=0).all()
     assert inner.any(axis=1).all()
     assert np.count_nonzero(changed) == np.count_nonzero(inner)
+
+
+def test_pictures_are_smoothed_filled_and_blended_as_they_were():
+    random = np.random.default_rng(7)
+    steps = np.kron(random.integers(0, 256, (12, 9, 4), np.uint8), np.ones((3, 4, 1), np.uint8))
+    soft = np.clip(128 + 40 * np.cumsum(random.normal(size=(30, 44, 4)), axis=1) / 3, 0, 255).astype(np.uint8)
+    slants = [edge(slope, 24) // divisor for slope, divisor in ((0.07, 1), (0.2, 3), (-0.6, 7), (1.5, 11), (-4.0, 2))]
+    sky = np.arange(1, 6 * 8 * 8 + 1, dtype=np.uint32).reshape(48, 8)
+    skies = []
+    for turn in random.normal(size=(6, 3, 3)):
+        drawn = random.integers(0, 3, (11, 26), np.uint32)
+        fill_sky(drawn, sky, np.ascontiguousarray(np.linalg.qr(turn)[0]), 0.9, 0.6)
+        skies.append(drawn)
+    planes, place = np.empty((18, 10), np.uint8), random.integers(0, 256, (12, 10, 3), np.uint8)
+    write_yuv(place, planes)
+    blend(place, random.integers(0, 256, (12, 10, 4), np.uint8))
+    smoothed = [antialias(drawn) for drawn in (steps, soft, *slants)]
+    check("antialiasing", "pictures", smoothed=smoothed, skies=skies, planes=planes, blended=place)

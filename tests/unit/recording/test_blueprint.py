@@ -13,7 +13,11 @@ from rerun.blueprint.components import LinkAxis
 from rerun.chunk import RrdReader
 
 import recorded_run
+from fingerprints import check
+from integration.sailing import boats
+from integration.sensing import GPS, IMU, PINGER, WIND, sailing
 from trees import partial
+from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.recording.blueprint import (
     hidden_names,
     layout,
@@ -36,10 +40,12 @@ from vrx_mj.recording.eyes import (
     sea_eye,
     tag_heights,
 )
+from vrx_mj.recording.simulation_scene import scene_of
 from vrx_mj.recording.static_chunks import still_chunks
 from vrx_mj.recording.task_chunks import touch_chunks
 from vrx_mj.runtime.subscriptions import Touch
 
+CAMERA = CameraConfig(name="camera", link="camera_link", pose=(0.75, 0, 1.5, 0, 0, 0), width=64, height=36)
 CALM = recorded_run.PARAMETERS | {"wind": {"mean": 0.0, "gain": 0.0}}
 
 
@@ -134,6 +140,49 @@ def test_a_wind_that_never_blows_has_no_plot():
     calm = replace(recorded_run.scene(), parameters=partial({**CALM, "georeference": None}))
     for scene, there in ((calm, False), (recorded_run.scene(), True)):
         assert ("Wind [m/s]" in names_of(layout(scene).root_container)) is there
+
+
+def told(part):
+    """What a view or a container is told to show, and how."""
+    if isinstance(part, View):
+        every = {**part.properties, **part.visualizer_overrides}
+        shown = [[name, columns_of(one)] for name, one in every.items()]
+        return [type(part).__name__, part.name, part.titlebar, part.origin, [*part.contents], shown]
+    shares = [getattr(part, name, None) for name in ("row_shares", "column_shares", "grid_columns", "active_tab")]
+    return [type(part).__name__, shares, [told(one) for one in part.contents]]
+
+
+def columns_of(archetypes):
+    """The numbers and texts of archetypes."""
+    every = archetypes if isinstance(archetypes, list) else [archetypes]
+    batches = [batch for one in every for batch in one.as_component_batches()]
+    return [[str(batch.component_descriptor()), flat(batch.as_arrow_array().to_pylist())] for batch in batches]
+
+
+def flat(values):
+    """What is in lists and records."""
+    if isinstance(values, dict):
+        values = [*values.values()]
+    return [one for value in values for one in flat(value)] if isinstance(values, list) else [values]
+
+
+def test_views_show_what_they_showed():
+    scene, track = recorded_run.scene(), np.array([[-30.0, -20.0], [40.0, 60.0]])
+    calm = replace(scene, parameters=partial(CALM | {"georeference": None}), thrusters=scene.thrusters[:3])
+    suite = (GPS, IMU, PINGER, WIND, *(CAMERA.model_copy(update={"name": f"camera{i}"}) for i in range(5)))
+    sensing, one_eye = (
+        scene_of(sailing(some, fleet=boats((0, 0, 0))), {("a", one.name): 5.0 for one in some})
+        for some in (suite, suite[:5])
+    )
+    laid = {
+        "made up": layout(scene), "live": layout(replace(scene, follow="wamv2"), live=True),
+        "calm": layout(replace(calm, begun=2.0, ended=20.0), track=track), "sensing": layout(sensing, track=track),
+        "one camera": layout(one_eye, result="12 points"), "many": layout(recorded_run.scene(20), track=track),
+        "fleet": layout(recorded_run.scene(9)),
+    }  # fmt: skip
+    for name, blueprint in laid.items():
+        panels = [vars(one) for one in (blueprint.blueprint_panel, blueprint.selection_panel, blueprint.time_panel)]
+        check("views", name, views=told(blueprint.root_container), panels=str(panels).split())
 
 
 def test_plots_and_the_timeline_show_the_whole_run():

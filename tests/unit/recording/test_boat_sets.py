@@ -1,15 +1,17 @@
 """Rows of boat sets in the columns of all of them."""
 
+import dataclasses
+import json
 import tempfile
 
 import numpy as np
 import pytest
 
-from vrx_mj.errors import StateError
+from vrx_mj.errors import RecordError, StateError
 from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.recording.boat_sets import BoatSet, all_rows, joint_layout
+from vrx_mj.recording.boat_sets import BoatSet, all_rows, joint_layout, read_boat_sets
 from vrx_mj.recording.packing import pack_rows
-from vrx_mj.recording.parts import Part
+from vrx_mj.recording.parts import Part, pack_files
 from vrx_mj.recording.record_scene import MovingBody, RowLayout
 
 FIRST = RowLayout(
@@ -122,3 +124,55 @@ def test_a_recording_that_lacks_a_file_of_its_world_is_refused(saved):
     with pytest.raises(StateError) as refused:
         boat_set({other: content for other, content in saved.items() if other != name}).world  # noqa: B018
     assert str(refused.value) == f"no saved world in the recording: '{name}'"
+
+
+# Damage
+
+
+def refusal(function, *arguments):
+    with pytest.raises(RecordError) as refused:
+        function(*arguments)
+    return str(refused.value)
+
+
+def test_rows_of_no_boat_set_or_of_another_width_or_time_are_refused():
+    late, early, last = (numbered(FIRST, 0.0) for _ in range(3))
+    late[1, 0], early[0, 0], last[1, 0] = np.nextafter(1e9, 2e9), -1e-9, 1e9
+    outside = "/record/rows: block: a time from 0 to 1e+09 s is needed"
+    for rows, number, reason in (
+        (numbered(FIRST, 0.0), 1, "/record/rows: company: 1, of 1"),
+        (numbered(FIRST, 0.0), -1, "/record/rows: company: -1, of 1"),
+        (numbered(SECOND, 0.0), 0, f"/record/rows: block: rows of {SECOND.width} columns instead of {FIRST.width}"),
+        (late, 0, outside),
+        (early, 0, outside),
+    ):
+        assert refusal(all_rows, [part(rows, number)], [FIRST], MOST) == reason
+    assert all_rows([part(last)], [FIRST], MOST)[0][-1, 0] == 1e9
+
+
+def test_rows_take_no_more_memory_than_they_may_with_the_columns_of_all():
+    width, rows = joint_layout([FIRST, SECOND]).width, numbered(FIRST, 0.0)
+    needed = 8 * (2 * width + FIRST.width + SECOND.width)
+    assert len(all_rows([part(rows)], [FIRST, SECOND], needed)[0]) == 2
+    reason = refusal(all_rows, [part(rows)], [FIRST, SECOND], needed - 1)
+    assert reason == "/record/rows: 0 MiB with the columns of all boat sets: at most 0"
+    long = np.tile(rows, (5000, 1))
+    reason = f"block: {long.nbytes >> 20} MiB of rows: at most {long.nbytes - 1 >> 20}"
+    assert refusal(all_rows, [part(long)], [FIRST], long.nbytes - 1) == reason
+
+
+def test_later_boat_sets_are_numbered_and_have_the_files_that_they_name():
+    first = BoatSet(FIRST, "", {"scene.xml": b"<mujoco/>"})
+
+    def read(number, files, *names):
+        head = {"number": number, "layout": to_json(SECOND), "world_sha256": "", "files": [*names]}
+        columns = {"head": [json.dumps(head)], "files": [pack_files(files)]}
+        return read_boat_sets(first, [Part("/record/companies", False, columns)], MOST)
+
+    assert read(1, {"b": b"2"}, "b", "scene.xml")[1].files == {"b": b"2", "scene.xml": b"<mujoco/>"}
+    assert refusal(read, 2, {}) == "companies: number 2 instead of 1"
+    assert refusal(read, 1, {"b": b"2"}, "b", "c", "d") == "companies: files: 2 are missing"
+
+
+def to_json(layout):
+    return json.loads(json.dumps(dataclasses.asdict(layout)))

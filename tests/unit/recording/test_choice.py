@@ -80,3 +80,9 @@ def test_what_means_no_sensor_is_refused(words, kind, text):
     with pytest.raises(kind) as caught:
         choices_of(words, BOATS)
     assert str(caught.value) == text
+
+
+@pytest.mark.parametrize("words", [3, None, ["wamv1", 3], {"wamv1"}, b"wamv1"])
+def test_words_are_text(words):
+    with pytest.raises(CommandError, match=r": text, or a list of it, is needed, as in wamv1:lidar_wamv@5$"):
+        choices_of(words, BOATS)

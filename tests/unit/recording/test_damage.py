@@ -2,11 +2,13 @@
 
 import io
 import json
+import math
 import random
 import struct
 import subprocess
 import sys
 import zlib
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -14,12 +16,13 @@ import pytest
 
 import recorded_run
 from fuzz import recordings
+from vrx_mj import Simulation, compile_world
 from vrx_mj.config.sensors import BallShooterConfig, LidarConfig
 from vrx_mj.errors import RecordError, VrxError
 from vrx_mj.foreign import ask, asking
 from vrx_mj.foreign.plain import pack
-from vrx_mj.recording import rrd_file
-from vrx_mj.recording.boat_sets import BoatSetHead, Sent, head_of, parsed_json
+from vrx_mj.recording import reader, rrd_file
+from vrx_mj.recording.boat_sets import BoatSet, BoatSetHead, Sent, head_of, parsed_json
 from vrx_mj.recording.checks import compare, rescore
 from vrx_mj.recording.packing import pack_rows, unpack_rows
 from vrx_mj.recording.parts import Part, pack_files, unpack_files
@@ -27,6 +30,7 @@ from vrx_mj.recording.reader import RecordedReadings, decode_jpeg, read_readings
 from vrx_mj.recording.record_scene import RecordedSensor
 from vrx_mj.recording.rrd_file import parsed_file
 from vrx_mj.recording.session import viewable
+from vrx_mj.recording.simulation_scene import check_columns, scene_of
 
 MOST = 1 << 20
 
@@ -369,3 +373,140 @@ def test_what_is_asked_for_is_all_that_is_handed_back(recording):
     assert [(part.entity, list(part.columns)) for part in found.parts] == [("/record/run", ["head"])]
     assert found.footer
     assert found.views
+
+
+def readings(kind, **columns):
+    """The readings of a sensor of a kind, in such columns of two rows."""
+    config = LidarConfig(name="lidar", link="l") if kind == "lidar" else BallShooterConfig(name="gun", link="l")
+    sensor = RecordedSensor(**SENSOR | {"type": config.type, "config": config})
+    stamps = {"time": [np.array([1.0]), np.array([2.0])], "sequence": [np.array([0]), np.array([1])]}
+    return RecordedReadings.of(sensor, [Part("/x", static=False, columns={**stamps, **columns})])
+
+
+def cloud(points, intensities, rings):
+    """Two rows of clouds with so many of each."""
+    cells = {"Points3D:positions": np.zeros(3 * points, np.float32)}
+    cells |= {"intensity": bytes(4 * intensities), "ring": bytes(2 * rings)}
+    return readings("lidar", **{name: [cell] * 2 for name, cell in cells.items()})
+
+
+def test_columns_of_readings_are_as_long_as_each_other_and_of_whole_points():
+    assert len(cloud(2, 2, 2)) == 2
+    for counts in ((2, 3, 2), (2, 2, 1), (1, 2, 2)):
+        reason = f"{3 * counts[0]} coordinates, {4 * counts[1]} bytes of intensities"
+        assert refusal(cloud, *counts).endswith(f": {reason}")
+    shots = np.array([3.0]).tobytes()
+    assert len(readings("gun", numbers=[shots, shots])) == 2
+    assert refusal(lambda: readings("gun", numbers=[shots])) == "/x: columns of unequal length"
+    for number in (-1, 1 << 32):
+        wrong = {"sequence": [np.array([0]), np.array([number])], "numbers": [shots, shots]}
+        assert refusal(lambda wrong=wrong: readings("gun", **wrong)).endswith(
+            ": sequence: a whole number from 0 is needed"
+        )
+    last = {"sequence": [np.array([0]), np.array([(1 << 32) - 1])], "numbers": [shots, shots]}
+    assert readings("gun", **last).sequence.tolist() == [0, (1 << 32) - 1]
+
+
+@pytest.mark.parametrize(
+    ("cells", "reason"),
+    [
+        ([np.zeros(2, np.float64)], "expected numbers of type float32"),
+        (["text"], "expected numbers of type float32"),
+        ([b"12"], "expected numbers of type float32"),
+    ],
+)
+def test_arrays_of_another_kind_are_refused(cells, reason):
+    part = Part("/x", static=False, columns={"points": cells})
+    assert refusal(part.arrays, "points", "<f4") == f"/x: points: {reason}"
+    whole = Part("/x", static=False, columns={"points": [np.zeros((2, 3), np.float32), b"", np.zeros(0, np.int64)]})
+    assert [one.shape for one in whole.arrays("points", "<f4")] == [(6,), (0,), (0,)]
+
+
+def test_a_file_of_something_else_or_without_a_run_is_refused(recording, monkeypatch):
+    parsed = parsed_file(recording, reader.READ_COLUMNS, reader.READ_ENTITIES, whole=False)
+
+    def refused(**columns):
+        parts = [replace(part, columns=dict(part.columns) | columns) if part.entity == reader.RUN else part
+                 for part in parsed.parts]  # fmt: skip
+        monkeypatch.setattr(reader, "parsed_file", lambda *_, **__: replace(parsed, parts=tuple(parts)))
+        return refusal(read_record, recording)
+
+    assert refused(head=[]) == refused(files=[]) == f"'{recording}' is damaged: /record/run: empty"
+    other = tuple(part for part in parsed.parts if part.entity != reader.RUN)
+    monkeypatch.setattr(reader, "parsed_file", lambda *_, **__: replace(parsed, parts=other))
+    assert refusal(read_record, recording).endswith(
+        "is not a recording of vrx_mj: it is a rerun file of something else"
+    )
+
+
+def test_a_moment_is_a_number_and_states_are_those_until_it(recording):
+    record = read_record(recording)
+    first, last = record.states[0], record.states[-1]
+    assert record.state_at(last.time) == record.state_at(math.inf) == last
+    assert record.state_at(first.time) == first
+    with pytest.raises(RecordError) as refused:
+        record.state_at(math.nan)
+    assert str(refused.value) == "invalid time nan: a number of seconds is needed"
+    with pytest.raises(RecordError, match=r"has no state at or before -1 s; the first is at 0 s$"):
+        record.state_at(-1.0)
+    with pytest.raises(RecordError, match=r"has no state at or before -1 s$"):
+        replace(record, states=()).state_at(-1.0)
+
+
+def test_rows_of_a_state_that_had_diverged_are_left_out(recording):
+    record = read_record(recording)
+    assert record.sound() is record
+    rows = record.rows.copy()
+    rows[-1, 20] = np.inf
+    found = replace(record, rows=rows).sound()
+    assert np.array_equal(found.rows, record.rows[:-1])
+    assert np.array_equal(found.row_companies, record.row_companies[:-1])
+
+
+def test_timesteps_that_differ_are_told(recording):
+    record = read_record(recording)
+    assert "timestep: 0.01 s and 0.02 s" in compare(record, replace(record, timestep=0.02)).differences
+    assert not compare(record, record).differences
+
+
+def test_a_world_with_other_columns_than_its_rows_is_refused():
+    world = compile_world("ocean", nudge=False)
+    model = Simulation(world).model
+    rows = scene_of(Simulation(world)).layout()
+    check_columns(BoatSet(rows, "", world.files()), model)
+    wrong = BoatSet(replace(rows, nv=rows.nv + 1), "", world.files())
+    assert refusal(check_columns, wrong, model) == (
+        "the recording is damaged: the columns of its rows are not those of its world"
+    )
+
+
+def test_a_parser_may_take_memory_and_time_for_the_size_of_a_recording(recording, monkeypatch):
+    given = {}
+
+    def noted(job, *arguments, **options):
+        given.update(options, job=job)
+        return ask(job, *arguments, **options)
+
+    monkeypatch.setattr(rrd_file, "ask", noted)
+    read_record(recording)
+    size = recording.stat().st_size
+    assert (given["memory"], given["answer"]) == (2 * ((64 << 20) + 16 * size), (64 << 20) + 16 * size)
+    assert given["seconds"] == 5 + (size >> 20)
+    assert given["reads"] == [recording.absolute()]
+
+
+def test_a_viewer_that_is_not_installed_and_a_file_that_cannot_be_read_are_told(recording, monkeypatch, tmp_path):
+    monkeypatch.setattr("rerun.__file__", str(tmp_path / "rerun_sdk" / "rerun" / "__init__.py"))
+    path = tmp_path / "rerun_sdk" / "rerun_cli" / ("rerun.exe" if sys.platform == "win32" else "rerun")
+    assert refusal(rrd_file.viewer_binary) == f"no rerun viewer at '{path}': install rerun-sdk for this platform"
+    path.parent.mkdir(parents=True)
+    path.touch()
+    assert rrd_file.viewer_binary() == path
+    monkeypatch.setenv("SOME", "thing")
+    assert {"SOME": "thing", "CI": "true"}.items() <= rrd_file.viewer_environment().items()
+
+    def fail(_):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(rrd_file, "_whole_file", fail)
+    assert refusal(read_record, recording) == f"cannot read the recording '{recording}': Permission denied"

@@ -1,5 +1,6 @@
 """What notebooks show, without one; a real kernel runs the example in tests/integration/test_notebook.py."""
 
+import math
 import re
 import shutil
 import sys
@@ -10,7 +11,7 @@ import pytest
 import vrx_mj
 from vrx_mj.draw.course import map_of
 from vrx_mj.draw.map import draw_map
-from vrx_mj.errors import RecordError, VrxError
+from vrx_mj.errors import CommandError, RecordError, VrxError
 from vrx_mj.packages import install_extra
 from vrx_mj.recording import notebook
 
@@ -177,3 +178,9 @@ def test_elsewhere_there_is_no_bar(sim, capsys):
         tick(30.0)
     said = capsys.readouterr()
     assert (said.out, said.err) == ("", "")
+
+
+@pytest.mark.parametrize("duration", [0.0, -1.0, math.inf, math.nan])
+def test_a_bar_is_of_some_time(sim, duration):
+    with pytest.raises(CommandError, match=r"a number of seconds above 0 is needed$"):
+        vrx_mj.progress(sim, duration)

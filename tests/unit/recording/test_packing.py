@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
 import recorded_run
+from fingerprints import check
 from vrx_mj.errors import RecordError
 from vrx_mj.recording.boat_sets import numbered_blocks
 from vrx_mj.recording.packing import (
@@ -94,6 +95,30 @@ def test_poses_between_which_there_are_steps_take_fewer_bits_with_velocities():
     packed = pack_rows(rows, BODY, STEP)
     assert unpack_rows(packed).tobytes() == rows.tobytes()
     assert len(packed) < 0.95 * len(pack_rows(rows))
+
+
+def test_predictions_are_the_same_everywhere(monkeypatch):
+    """To the last bit, or what one machine packs another could not unpack."""
+    planes = []
+
+    class Codec:
+        def __init__(self, name, **_):
+            assert name == "zstd"
+
+        def compress(self, data):
+            planes.append(data)
+            return b""
+
+    monkeypatch.setattr("pyarrow.Codec", Codec)
+    run = np.concatenate(list(recorded_run.blocks(2.0)))
+    several = [(first, len(run[0]) - 36 + 6 * body) for body, first in enumerate(range(14, 14 + 42, 7))]
+    wild = np.random.default_rng(2).normal(0.0, 1.0, (20, 14)) * 10.0 ** np.arange(-300.0, 300.0, 43.0)
+    wild[:, 0], wild[7, 3], wild[9, 4], wild[11, 9] = np.arange(20) * STEP, np.nan, -np.inf, 0.0
+    sail = sailed(300, 1)
+    for rows, bodies in ((sail, BODY), (sail[::7], BODY), (run, several), (run[:3], several), (wild, BODY), (wild, ())):
+        with np.errstate(all="ignore"):
+            planes.append(pack_rows(rows, bodies, STEP))
+    check("packing", "to the last bit", planes=planes)
 
 
 def test_rows_of_a_run_take_less_than_half_of_their_space():

@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import sys
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -212,3 +213,38 @@ def test_a_process_that_is_killed_while_it_closes_leaves_a_recording(wait, tmp_p
     found = read_record(tmp_path / "run.rrd").rows
     assert found.tobytes() == rows[: len(found)].tobytes()
     assert len(found) > 1100
+
+
+def test_states_and_frames_are_joined_until_a_flush_or_something_else(tmp_path, monkeypatch):
+    clock = SimpleNamespace(now=10.0)
+    monkeypatch.setattr(parts, "time", SimpleNamespace(monotonic=lambda: clock.now))
+    file, path = parts.RawFile(tmp_path / "run.rrd"), tmp_path / "run.rrd"
+
+    def told():
+        """What a reader of the file finds at this moment."""
+        try:
+            return [(part.entity, part.columns["n"]) for part in parts.raw_parts(path)]
+        except RecordError:
+            return []
+
+    file.append(parts.STATES, {"n": ["a"]})
+    assert told() == [(parts.STATES, ["a"])]
+    clock.now += parts.FLUSH - 1e-6
+    for name in "bc":
+        file.append(parts.STATES, {"n": [name]})
+    assert told() == [(parts.STATES, ["a"])]
+    clock.now += 1e-6
+    file.append(parts.STATES, {"n": ["d"]})
+    assert told() == [(parts.STATES, ["a"]), (parts.STATES, ["b", "c", "d"])]
+    file.append(parts.FRAMES, {"n": ["e"]})
+    file.append(parts.ROWS, {"n": ["f"]})
+    file.append(parts.ROWS, {"n": ["g"]})
+    file.append(parts.STATES, {"n": ["h"]})
+    assert len(told()) == 2
+    clock.now += parts.FLUSH
+    file.append(parts.EVENTS, {"n": ["i"]})
+    kinds = (parts.FRAMES, parts.ROWS, parts.ROWS, parts.STATES, parts.EVENTS)
+    assert told()[2:] == [(kind, [name]) for kind, name in zip(kinds, "efghi", strict=True)]
+    file.append(parts.FRAMES, {"n": ["j"]})
+    file.close()
+    assert told()[7:] == [(parts.FRAMES, ["j"])]

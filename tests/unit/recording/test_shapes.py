@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from fingerprints import check
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.recording.record_scene import Surface
 from vrx_mj.recording.simulation_scene import FINE_BOATS, MOST_FACES, coarser, geom_surface, scene_of
@@ -91,6 +92,14 @@ def test_a_coarser_plate_keeps_both_its_sides():
     assert [up[up > 0.0].sum(), -up[up < 0.0].sum()] == pytest.approx([2.0 * PI] * 2, rel=0.35)
 
 
+def test_shapes_are_what_they_were():
+    kinds = ("box", "cylinder", "capsule", "sphere", "ellipsoid")
+    shapes = [surface(f"type='{kind}' size='1 1.5 0.8' pos='3 4 5' quat='0.5 0.1 -0.5 0.6'") for kind in kinds]
+    cube = surface("type='mesh' mesh='cube'", f"<mesh name='cube' vertex='{CUBE}' face='{FAN}'/>")
+    coarse = [coarser([*shapes, cube], most) for most in (900, 300, 60, 20)]
+    check("shapes", "all kinds", shapes=[*shapes, cube], coarse=coarse)
+
+
 def test_a_surface_with_few_faces_is_left_alone():
     box = surface("type='box' size='1 1 1'")
     assert coarser([box], 12)[0] is box
@@ -108,6 +117,7 @@ def test_boats_of_a_large_fleet_have_few_triangles_and_share_them():
         ]
         assert 500 < sum(len(one.faces) for one in own) <= MOST_FACES
     assert all(one is first for one, first in zip(boats[-1].surfaces, boats[0].surfaces, strict=True))
+    check("shapes", "a boat of many", boat=boats[0].surfaces, engines=[one.surfaces for one in scene.thrusters[:2]])
 
 
 def test_making_a_scene_loads_neither_rerun_nor_a_library_of_meshes():

@@ -5,13 +5,17 @@ import numpy as np
 import pytest
 
 import recorded_run
+from fingerprints import check
+from integration.test_fingerprints_recordings import columns_of
 from trees import partial, task_of
+from vrx_mj.recording import task_chunks as task_chunks_module
 from vrx_mj.recording.reader import SavedState, read_record
 from vrx_mj.recording.session import RecordWriter
-from vrx_mj.recording.task_chunks import FATES, PLOT, WORDS, TaskChunks, task_chunks, words
+from vrx_mj.recording.task_chunks import FATES, PLOT, WORDS, TaskChunks, task_chunks, touch_chunks, words
 from vrx_mj.runtime.state import STATE_VERSION, State
+from vrx_mj.runtime.subscriptions import Touch
 from vrx_mj.tasks import make_referee
-from vrx_mj.tasks.referee import FrameLayout
+from vrx_mj.tasks.referee import FrameLayout, TaskStatus
 
 BUOYS = {"red_0": (5.0, 10.0), "green_0": (-5.0, 10.0), "red_1": (5.0, 30.0), "green_1": (-5.0, 30.0)}
 TASK = task_of({
@@ -257,3 +261,103 @@ def test_a_file_grows_by_less_than_100_kb_in_300_s(tmp_path):
                 writer.frame(*frame)
         sizes.append(path.stat().st_size)
     assert 1_000 < sizes[1] - sizes[0] < 100_000
+
+
+class Referee:
+    """Stands for one that comes from one status and progress to the next, a second each."""
+
+    type, name, boat, watched = "gymkhana", "task", "wamv", ("wamv", *BUOYS)
+
+    def __init__(self, *steps):
+        self.steps = [*steps]
+        self.look(None)
+
+    def look(self, _frame):
+        self.progress, status = self.steps.pop(0) if len(self.steps) > 1 else self.steps[0]
+        self.status = TaskStatus(3.0, 1.0, 60.0, **{"phase": "running", "elapsed": 15.4} | status)
+        self.is_over = self.status.phase == "finished"
+
+
+PAIRS = [{"left": f"red_{number}", "right": f"green_{number}"} for number in range(2)]
+UNLIT = {"light_buoy": "red_0", "color_sequence": ["red", "green", "blue"]}
+BAYS = [
+    {"symbol": "red_cross", "placard": "p", "name": f"bay{number}", "dock_allowed": number == 1,
+     "internal": {"center": [4.0, y, 0.3], "size": [6.0, 5.0, 2.0]},
+     "external": {"center": [-4.0, y, 1.5], "size": [2.0, 30.0, 2.0]}}
+    for number, y in ((1, -3.0), (2, 3.0))
+]  # fmt: skip
+IN_DOCK = {"bay": "", "time_in_bay": 0.0, "docked": [], "hits": [], "colors": []}
+ANIMALS = [("t", "circumnavigate_clockwise"), ("u", "circumnavigate_counterclockwise"), ("c", "avoid")]
+SHOWN = {"time": 5.0, "duration": 3.0, "type": "buoy", "name": "red_0", "pose": [8.0, 2.0, 1.0, 0, 0, 0]}
+
+
+def animals(*statuses):
+    rows = zip(ANIMALS, statuses, strict=True)
+    return {"animals": [{"name": name, "goal": goal, "status": own, "circled": [1]} for (name, goal), own in rows]}
+
+
+TASKS = {
+    "gates": (
+        {"type": "navigation_course", "gates": PAIRS},
+        [({"gates": ["ahead", "ahead"]}, {"phase": "initial"}), ({"gates": ["crossed", "ahead"]}, {"score": 1.5}),
+         ({"gates": ["crossed", "missed"]}, {"score": 7.0, "collisions": 2}),
+         ({"gates": ["crossed", "backwards"]}, {"phase": "finished", "score": 9.0, "timed_out": True})],
+    ),
+    "dock": (
+        {"type": "dock", "anchor": "d", "bays": BAYS, **UNLIT},
+        [(IN_DOCK, {}), (IN_DOCK | {"bay": "bay1", "time_in_bay": 2.0}, {}),
+         (IN_DOCK | {"bay": "bay2"}, {"score": 2.0}),
+         (IN_DOCK | {"docked": ["bay1"], "colors": ["red"]}, {"score": 5.0})],
+    ),
+    "wildlife": (
+        {"type": "wildlife", "engagement_distance": 10.0,
+         "animals": [{"name": name, "goal": goal} for name, goal in ANIMALS]},
+        [(animals("never_engaged", "never_engaged", "never_engaged"), {}),
+         (animals("engaged", "not_engaged", "never_engaged"), {}),
+         (animals("circumnavigated", "engaged", "engaged"), {"score": 3.0})],
+    ),
+    "perception": (
+        {"type": "perception", "boat": "wamv", "objects": [SHOWN]},
+        [({"objects": ["red_0"], "up": [True], "errors": []}, {})] * 2,
+    ),
+    "sound": (
+        {"type": "acoustic_perception", "pinger": {"x": -20.0, "y": 10.0}, "goal_tolerance": 3.0},
+        [({}, {})] * 2,
+    ),
+}  # fmt: skip
+"""Tasks, and what their referees come to."""
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_a_task_is_shown_as_it_was(name, monkeypatch):
+    tree, steps = TASKS[name]
+    things = [*(BUOYS | {"t": (0.0, 0.0), "u": (40.0, 0.0), "c": (0.0, 40.0)}).items()]
+    rows = {
+        "objects": [{"name": thing, "pose": [*place, 0.0, 0.0, 0.0, 0.0]} for thing, place in things],
+        "docks": [{"name": "d", "pose": [50.0, 0.0, 0.0, 0.0, 0.0, 1.0]}],
+        "lights": [{"name": "red_0", "pattern": ["off"] * 3}],
+        "followers": [{"waypoint_start": 0, "waypoint_count": 3, "loop": 1}],
+        "floats": [{"body": "t/link", "follower": 0}],
+        "path_points": [{"position": [x, -30.0 + x]} for x in (-15.0, 0.0, 9.0)],
+    }
+    parameters = partial(
+        {**vars(PARAMETERS), **rows, "task": task_of({"name": name, "boat": "wamv", "rivals": (), **tree})}
+    )
+    monkeypatch.setattr(task_chunks_module, "make_referee", lambda _: Referee(*steps))
+    going = TaskChunks(parameters)
+    for second in range(len(steps)):
+        places = {"wamv": (0.0, 5.0 * second)} | {buoy: (x + 0.1 * second, y) for buoy, (x, y) in BUOYS.items()}
+        going.look((), [(second, np.array([second, *np.ravel([(*at, 0, 1, 0, 0, 0) for at in places.values()])]), [])])
+    still, moving = task_chunks(parameters), going.chunks(len(steps) + 3.0)
+    found = [[[chunk.entity_path, *columns_of(chunk)] for chunk in chunks] for chunks in (still, moving)]
+    check("tasks", name, still=found[0], moving=found[1], result=going.result)
+
+
+def test_touches_are_shown_as_they_were():
+    touches = [
+        Touch("a", "b", 2.0, 500.0, point=(1.0, 2.0, 3.0), vector=(300.0, -400.0, 0.0)),
+        Touch("a", "dock", 3.0, 4000.0, duration=4.0, point=(0.0, 0.0, 0.5), vector=(0.0, 0.0, 4000.0)),
+        Touch("a", "c", 4.0, 5.0),
+    ]
+    found = [[chunk.entity_path, *columns_of(chunk)] for chunk in touch_chunks(touches)]
+    check("tasks", "touches", found=found)

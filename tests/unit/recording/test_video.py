@@ -14,13 +14,11 @@ from PIL import Image, ImageSequence
 
 import recorded_run
 import vrx_mj
-from trees import partial
 from vrx_mj.draw.style import boat_colors
 from vrx_mj.errors import RecordError, UnknownNameError, VideoError, VrxError
 from vrx_mj.mjcf.scene import cube_rays, drawing_model
 from vrx_mj.packages import install_extra
 from vrx_mj.physics.surface import SPOKES, fan_triangles
-from vrx_mj.recording import read_record
 from vrx_mj.recording.antialiasing import fill_sky, write_yuv
 from vrx_mj.recording.session import RecordWriter
 from vrx_mj.recording.video import Film, Shot, draw_video, filming, looking, parse_size, write_video
@@ -398,24 +396,6 @@ def test_a_recording_without_a_world_is_refused(tmp_path):
         write_video(file, tmp_path / "run.webp")
     assert str(refused.value) == f"'{file}' has no world to draw: it was not made by a simulation"
     assert [path.name for path in tmp_path.iterdir()] == ["run.rrd"]
-
-
-def made_up(tmp_path):
-    """A recording that is read, but never drawn."""
-    recorded = read_record(tmp_path / "run.rrd")
-    files = {**recorded.files, "scene.json": b'{"sea": {"level": 0.0}, "task": null}'}
-    world = SimpleNamespace(parameters=partial({"sea": {"level": 0.0}, "task": None, "boats": []}))
-    boat_set = SimpleNamespace(files=files, world=world, layout=recorded.layout)
-    return dataclasses.replace(recorded, companies=(boat_set,))
-
-
-@pytest.fixture(scope="module")
-def two_seconds(tmp_path_factory):
-    """A recording of 2 s, which tests leave as it is."""
-    folder = tmp_path_factory.mktemp("two_seconds")
-    with RecordWriter(folder / "run.rrd", recorded_run.scene()) as writer:
-        writer.rows(np.array([recorded_run.row_at(t) for t in np.arange(0.0, 2.01, 0.05)]))
-    return made_up(folder)
 
 
 def test_a_recording_without_a_row_is_refused(two_seconds):

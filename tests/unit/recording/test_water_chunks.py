@@ -11,6 +11,8 @@ from hypothesis.extra.numpy import arrays
 
 import recorded_run
 import vrx_mj
+from fingerprints import check
+from integration.test_fingerprints_recordings import columns_of
 from vrx_mj.frames import quaternion, rotation_matrix
 from vrx_mj.recording import sea_meshes, water_chunks
 from vrx_mj.recording.blueprint import PLAN_WATER
@@ -413,3 +415,58 @@ def test_a_track_has_the_colour_of_its_speed():
     for at, color in zip(moment, shown, strict=True):
         expected = two if at > 1.0 else rest
         assert color[0] >> 8 == int.from_bytes(bytes(expected.tolist()), "big")
+
+
+def test_seas_are_drawn_as_they_were():
+    """All that makes meshes, of calm seas and rough ones, few boats and many, upright and leaning ones."""
+    seas = [sea_meshes.Swell(recorded_run.sea_height, 0.1, 0.03 * 2**k, 0.01 * 3**k, 0.02 * 3**k, 0.01 * 3**k)
+            for k in range(6)]  # fmt: skip
+    check("meshes", "seas", seas=[[one.rate, one.interval, one.cell] for one in seas])
+    for name, boats in FLEETS.items():
+        grid = grid_around(boats)
+        z = grid.heights(seas[2], np.array([0.0, 1.5]))
+        near = grid.near(np.stack([boats, boats + 3.0]), np.full(len(boats), 5.0))
+        check(
+            "meshes",
+            name,
+            grid=grid,
+            z=z,
+            toward=grid.toward(z),
+            near=near,
+            at=grid.heights_at(z, np.stack([boats] * 2)),
+        )
+    (boat, *_), time = recorded_run.scene(1).bodies, np.linspace(0.0, 2.0, 9)
+    turns = np.array([quaternion(0.1 * k, 0.4 - 0.1 * k, 0.5 * k) for k in range(7)] + [quaternion(3.0, 0, 0)] * 2)
+    pose = np.hstack([np.outer(time, (2.0, -1.0, 0.1)), turns])
+    for sea in seas[1::2]:
+        lines = hull_lines(boat, sea.cell)
+        check("meshes", f"patch {sea.cell:.3g}", lines=lines, z=patch_heights(sea, lines, time, pose, 0.02))
+    bright = sea_meshes.light(*np.meshgrid(np.linspace(-1.0, 1.0, 9), np.linspace(-0.4, 0.4, 9)))
+    haze = np.linspace(0.0, 1.0, 9)
+    check(
+        "meshes",
+        "colours",
+        bright=bright,
+        colors=sea_meshes.colors(bright, haze),
+        speeds=speed_colors(np.arange(0, 9, 0.3)),
+    )
+
+
+def test_what_boats_leave_is_what_it_was_however_far_they_go():
+    """Fast, slow and still ones, one of which joins later: the sea is laid anew where they go far."""
+    scene = recorded_run.scene(3)
+    boats, water, time = (
+        [body for body in scene.bodies if body.kind == "boat"],
+        WaterChunks(),
+        np.arange(0.0, 9.0, 0.05),
+    )
+    poses = np.zeros((len(time), 3, 7))
+    poses[..., 3] = 1.0
+    poses[:, 0, :2] = np.outer(time, (9.0, 2.0))
+    poses[:, 1, :2] = 20.0 + 3.0 * np.column_stack([np.cos(time), np.sin(time)])
+    poses[:, 2, :2] = -15.0
+    for number, (begin, end, there) in enumerate(((0, 60, 2), (60, 61, 2), (61, 140, 3), (140, 180, 1))):
+        water.keep(boats[:there], recorded_run.sea_height)
+        chunks = water([boat.name for boat in boats[:there]], time[begin:end], poses[begin:end, :there])
+        found = [[chunk.entity_path, *columns_of(chunk)] for chunk in chunks]
+        check("meshes", f"water {number}", chunks=found)

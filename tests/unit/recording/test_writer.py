@@ -4,13 +4,20 @@ import sys
 import threading
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
+import mujoco
 import numpy as np
 import pytest
 
 import recorded_run
+from fingerprints import check
+from integration.test_fingerprints_recordings import by_root, numbers_of
 from vrx_mj.errors import RecordError
+from vrx_mj.recording import encoding
 from vrx_mj.recording.motion_chunks import POSE_STEP
+from vrx_mj.recording.packing import plain_rows
+from vrx_mj.recording.parts import Part
 from vrx_mj.recording.reader import Event, read_record
 from vrx_mj.recording.rrd_file import FILE_HEADER, MESSAGE_HEADER, whole_bytes
 from vrx_mj.recording.sea_meshes import bands, grid_around, swell_of
@@ -319,3 +326,56 @@ def test_nan_is_recorded_as_it_is(tmp_path):
     with RecordWriter(tmp_path / "run.rrd", recorded_run.scene()) as writer:
         writer.rows(rows)
     assert read_record(tmp_path / "run.rrd").rows.tobytes() == rows.tobytes()
+
+
+def test_parts_become_chunks_together_up_to_so_many_rows_or_bytes(monkeypatch):
+    def rows(count):
+        return Part(encoding.ROWS, False, {"block": [plain_rows(np.zeros((count, 2)))]})
+
+    def blob(size):
+        return Part("/blob", False, {"blob": [bytes(size)]})
+
+    monkeypatch.setattr(encoding, "MOST_ROWS", 10)
+    monkeypatch.setattr(encoding, "_MOST_BYTES", 1000)
+    came = Part(encoding.COMPANIES, False, {})
+    for parts, sizes in (
+        ([rows(9), rows(1), rows(3)], [2, 1]),
+        ([blob(5), rows(9), rows(9), rows(9)], [3, 1]),
+        ([rows(10)], [1, 0]),
+        ([blob(999), blob(1), blob(7)], [2, 1]),
+        ([blob(1000), blob(999)], [1, 1]),
+        ([rows(1), came, rows(1)], [2, 1]),
+        ([], [0]),
+    ):
+        batches = list(encoding._batches(parts))
+        assert [sum(map(len, batch.values())) for batch in batches] == sizes
+        assert [part for batch in batches for own in batch.values() for part in own] == parts
+
+
+@pytest.mark.parametrize(("said", "told"), [(b"one\ntwo: wrong\n", "two: wrong"), (b" \n", "3")])
+def test_rerun_that_cannot_finish_a_file_is_heard(said, told, tmp_path, monkeypatch):
+    calls = []
+
+    def run(command, **options):
+        calls.append((command[1:], options["timeout"], options["env"]["CI"]))
+        return SimpleNamespace(returncode=3, stderr=said)
+
+    monkeypatch.setattr(encoding.subprocess, "run", run)
+    with pytest.raises(OSError, match=rf"^rerun cannot finish it: {told}$"):
+        encoding.join_views(tmp_path / "a", tmp_path / "b", tmp_path / "c")
+    wanted = ["rrd", "route", str(tmp_path / "b"), str(tmp_path / "a"), "-o", str(tmp_path / "c")]
+    assert calls == [(wanted, 600.0, "true")]
+
+
+ROBOT = """<mujoco><worldbody><body name="base" pos="0 0 1"><geom size="0.2"/>
+<body name="arm/upper" pos="0.1 0 0.3" quat="0.8 0 0.6 0"><joint name="a" axis="0 1 0" pos="0 0 -0.1" range="-1 2"/>
+<geom type="capsule" size="0.05 0.2"/><body name="hand" pos="0 0 0.4"><joint name="b" type="slide" axis="1 0 0"/>
+<geom type="box" size="0.1 0.05 0.02"/></body></body></body></worldbody><actuator>
+<position joint="a" ctrlrange="-1 2"/><position joint="b" ctrlrange="-0.1 0.3"/></actuator></mujoco>"""
+
+
+def test_the_joints_of_a_robot_sweep_their_ranges_as_they_did(tmp_path):
+    encoding.save_joints(mujoco.MjModel.from_xml_string(ROBOT), "robot", tmp_path / "robot.rrd")
+    found = by_root(numbers_of(tmp_path / "robot.rrd"))
+    assert {"robot", "robot/base"} < set(found)
+    check("recordings", "joints of a robot", **found)

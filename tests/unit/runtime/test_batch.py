@@ -7,6 +7,7 @@ import pytest
 
 import vrx_mj
 from integration.sailing import GUSTY, boats, same_bits, water
+from vrx_mj.errors import CommandError
 
 SWELL = {"model": "pms", "gain": 0.6, "period": 6.0, "scale": 2.5, "tau": 0.5}
 THRUST = {"left": 0.8, "right": 0.2}
@@ -123,3 +124,23 @@ def test_numbers_of_rows_are_known_and_in_range(batch, given, error):
     with pytest.raises(vrx_mj.VrxError, match=f"^{error}"):
         batch.vary(parameters=given)
     assert batch.get_state(0).varied == {}
+
+
+@pytest.mark.parametrize("shapes", [((2,), (2,)), ((3, 1), (3, 1)), ((2, 1), (2, 2))])
+def test_points_of_heights_are_as_many_for_each_row(batch, shapes):
+    with pytest.raises(CommandError, match=r"^invalid x and y of shapes .*: \(2, points\) of both is needed$"):
+        batch.sea_height(*map(np.zeros, shapes))
+
+
+@pytest.mark.parametrize("name", ["n", "threads"])
+@pytest.mark.parametrize(("count", "needed"), [(0, "a whole number above 0 is needed"), (1.5, "a whole number above 0"),
+                                               (10**6 + 1, "at most 1000000 are possible")])  # fmt: skip
+def test_numbers_of_rows_and_threads_have_their_range(world, name, count, needed):
+    with pytest.raises(CommandError, match=rf"^invalid {name} {count}: {needed}"):
+        vrx_mj.Batch(world, **{"n": 1, name: count})
+
+
+def test_phases_are_one_for_each_wave(batch):
+    for given in (np.zeros(7), np.zeros((3, 3)), np.full(3, np.nan)):
+        with pytest.raises(CommandError, match=r"^invalid wave_phases of shape .*, of finite numbers, "):
+            batch.vary(wave_phases=given)

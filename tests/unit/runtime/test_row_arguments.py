@@ -66,3 +66,25 @@ def test_what_varies_may_be_as_small_as_its_kind_allows():
 def test_vectors_that_cannot_be_are_refused(value):
     with pytest.raises(CommandError):
         row_vectors("pose", value, 2)
+
+
+@pytest.mark.parametrize(("value", "most"), [(1e6, 1e6), (-7.0, 7.0)])
+def test_values_may_be_as_large_as_the_most_and_no_larger(value, most):
+    assert row_values("mass", value, 2, -np.inf, most).tolist() == [value] * 2
+    with pytest.raises(CommandError) as refused:
+        row_values("mass", [0.0, np.nextafter(value, 2.0 * value)], 2, -np.inf, most)
+    assert str(refused.value).endswith(f": at most {most:g}")
+
+
+@pytest.mark.parametrize(
+    ("least", "needed"),
+    [(-1.0, "one finite number, or 2"), (0.0, "one finite number of 0 or more, or 2"), (0.5, "finite number above 0")],
+)
+def test_what_is_needed_is_said(least, needed):
+    with pytest.raises(CommandError, match=rf"^invalid mass nan: .*{needed}"):
+        row_values("mass", np.nan, 2, least)
+
+
+def test_lists_of_several_lengths_are_no_rows():
+    with pytest.raises(CommandError, match=r"a mask of 4 booleans, or numbers from 0 to 3, is needed$"):
+        which_rows(4, [[1], [2, 3]])

@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import mujoco
 import numpy as np
@@ -12,7 +13,7 @@ import vrx_mj
 from vrx_mj.errors import CommandError
 from vrx_mj.rl.problems import PROBLEMS
 from vrx_mj.runtime import row_tables
-from vrx_mj.runtime.row_tables import allocating, check_memory
+from vrx_mj.runtime.row_tables import allocating, check_free, check_memory
 from vrx_mj.runtime.stepping_models import IDLE, PER_CONTACT, PER_DOF_PAIR, row_arena_bytes, stepping_models
 
 TWO = {"thrusters": "H", "sensors": "none",
@@ -210,3 +211,55 @@ def test_under_a_limit_of_address_space(script, printed):
     )
     assert done.returncode == 0, done.stderr
     assert re.fullmatch(printed, done.stdout)
+
+
+def free_world(**changes):
+    """Tables of a world of one hull that the free engine takes, but for changes."""
+    model = {"body_gravcomp": np.zeros(2), "dof_damping": np.zeros(6), "jnt_type": np.zeros(1, int), "nv": 6}
+    model["opt"] = SimpleNamespace(density=0.0, viscosity=0.0)
+    own = {"thrusters": {"dof": np.array([-1, -1])}, "blocks": [], "links": [], "hulls": [0], "floats": [],
+           "broadphase": {"unconstrained": np.array([1])}}  # fmt: skip
+    model |= {name: value for name, value in changes.items() if name in model}
+    own |= {name: value for name, value in changes.items() if name in own}
+    return SimpleNamespace(contact_free=SimpleNamespace(**model), **own)
+
+
+HELD = "MuJoCo holds, drives or pushes something in world bay; leave it out"
+
+
+@pytest.mark.parametrize(
+    ("changes", "why"),
+    [
+        ({"thrusters": {"dof": np.array([-1, 0, 7])}},
+         "2 engines of world bay turn on hinges; give the fleet `engines: fixed`"),
+        ({"blocks": [0]}, "world bay has a floating dock; make it `dynamic: false`"),
+        ({"links": [0]}, "things in world bay have joints; leave them out"),
+        ({"jnt_type": np.array([0, 3])}, "things in world bay have joints; leave them out"),
+        ({"nv": 7}, HELD),
+        ({"floats": [0]}, HELD),
+        ({"body_gravcomp": np.array([0.0, 0.5])}, HELD),
+        ({"dof_damping": np.ones(6)}, HELD),
+        ({"opt": SimpleNamespace(density=1.0, viscosity=0.0)}, HELD),
+        ({"opt": SimpleNamespace(density=0.0, viscosity=1.0)}, HELD),
+        ({"broadphase": {"unconstrained": np.array([0])}}, HELD),
+    ],
+)  # fmt: skip
+def test_what_the_free_engine_cannot_step_is_named(changes, why):
+    check_free(free_world(), "bay")
+    with pytest.raises(CommandError) as refused:
+        check_free(free_world(**changes), "bay")
+    assert str(refused.value) == f'engine free: {why}, or use engine="mujoco"'
+
+
+@pytest.mark.parametrize(
+    ("count", "shown"),
+    [(500.0, "0.5 kB"), (99_999.0, "100.0 kB"), (1e5, "0.10 MB"), (9.99e8, "999.00 MB"), (1e9, "1.0 GB")],
+)
+def test_sizes_of_memory(count, shown):
+    assert row_tables._size(count) == shown
+
+
+def test_rows_that_just_fit_are_made():
+    check_memory(10, 100, 1000)
+    with pytest.raises(CommandError, match=r"make at most 9 rows$"):
+        check_memory(10, 100, 999.9)

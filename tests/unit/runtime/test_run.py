@@ -18,6 +18,7 @@ from vrx_mj.runtime.run import (
     harmless_speeds,
     is_unusual,
     names_controllers,
+    obey,
     run,
     steady,
 )
@@ -228,3 +229,72 @@ def test_a_boat_that_spins_is_said_with_its_rate(calm_sim):
 def test_touches_of_a_pair_are_one_and_the_hardest_is_first():
     touches = [Touch("a", "b", 1.0, 10.0, 0.5), Touch("a", "quay", 2.0, 30.0, 1.0), Touch("a", "b", 3.0, 20.0, 0.25)]
     assert _by_pair(touches) == (Touch("a", "quay", 2.0, 30.0, 1.0), Touch("a", "b", 1.0, 20.0, 0.75, count=2))
+
+
+class Told:
+    """A simulation that notes what it is told."""
+
+    def __init__(self):
+        self.told = []
+
+    def command_all(self, commands):
+        self.told.append(commands)
+
+    def fire(self, boat, shooter=None):
+        self.told.append((boat, shooter))
+
+    def send(self, topic, content):
+        self.told.append((topic, content))
+
+
+@pytest.mark.parametrize(
+    ("commands", "told"),
+    [
+        ({"a": {"left": 0.5}, "b": {}}, [{"a": {"left": 0.5}}, {"b": {}}]),
+        ({"a": {"left": 0.5, "fire": False}}, [{"a": {"left": 0.5}}]),
+        ({"a": {"left": 0.5, "fire": True}}, [{"a": {"left": 0.5}}, ("a", None)]),
+        ({"a": {"fire": "gun"}}, [{"a": {}}, ("a", "gun")]),
+        ({"task": {"/go": 1.0}}, [("/go", 1.0)]),
+        ({"task": {"/go": [{"x": 1}, {"x": 2}], "/no": []}}, [("/go", {"x": 1}), ("/go", {"x": 2}), ("/no", [])]),
+        ({"task": {"/go": [1.0, 2.0]}}, [("/go", [1.0, 2.0])]),
+        ({"task": {"/go": [[1.0], [2.0]]}}, [("/go", [1.0]), ("/go", [2.0])]),
+        ({"task": {"/go": [{"x": 1}, 2.0]}}, [("/go", [{"x": 1}, 2.0])]),
+        (None, []),
+    ],
+)
+def test_what_a_controller_returns_is_commanded_fired_and_sent(commands, told):
+    sim = Told()
+    obey(sim, commands)
+    assert sim.told == told
+
+
+def test_messages_to_the_task_that_have_no_topics_are_refused():
+    with pytest.raises(CommandError) as refused:
+        obey(Told(), {"task": [1.0]})
+    assert str(refused.value) == "the controller sent [1.0] to the task: a mapping by topic is needed"
+
+
+class Listener(Told):
+    """A listener that notes events."""
+
+    def rows(self, block):
+        """Not needed."""
+
+    def state(self, time, blob):
+        """Not needed."""
+
+    def event(self, time, text, level):
+        self.told.append((round(time, 9), text, level))
+
+
+def test_a_run_that_is_interrupted_says_so_and_counts_what_it_did(sim):
+    def stop(_observations, time):
+        if time > 0.15:
+            raise KeyboardInterrupt
+
+    listener = Listener()
+    sim.attach(listener, rate=1.0)
+    summary = run(sim, 1.0, controller=stop)
+    sim.detach(listener)
+    assert (summary.interrupted, summary.steps, listener.told) == (True, 20, [(0.2, "interrupted", "WARN")])
+    assert not run(sim, 0.1).interrupted

@@ -204,3 +204,19 @@ def test_what_a_sensor_needs_is_compiled_ahead_unless_it_was(monkeypatch, is_cac
     )
     sights.compile([sensor], None)
     assert compiled == ([] if is_cached or kind == "imu" else [kind])
+
+
+def test_a_ball_flies_as_its_launcher_points_and_does_not_spin():
+    """Whatever it did when it was put back; its speed is that of the impulse, less gravity in half a step."""
+    sim = sailing((GUN,))
+    arrays, (gun,) = sim._live.arrays, sim._live.arrays.sensors
+    ball = arrays.floats[gun.ball]
+    sim.data.qvel[ball["dof"] :][:6] = 1.0
+    assert sim.fire("a")
+    velocity = sim.data.qvel[ball["dof"] :][:6].copy()
+    place = gun.place(sim.data.qpos, sim.data.qvel, gun.mount)
+    along = place.rotation[:, 0] * GUN.impulse / float(ball["mass"])
+    assert not velocity[3:].any()
+    assert velocity[:3] == pytest.approx(along - 0.5 * sim.timestep * sim.model.opt.gravity, abs=1e-9)
+    muzzle = place.position + place.rotation @ GUN.muzzle
+    assert sim.data.qpos[ball["qpos"] :][:3] == pytest.approx(muzzle)

@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -233,3 +234,24 @@ def test_a_state_is_taken_after_all_that(sim, state):
 def test_a_world_without_a_task_takes_states_without():
     plain = vrx_mj.Simulation(vrx_mj.compile_world(water(sea=CALM, wind=None), fleet=boats((0.0, 0.0, 0.3))))
     plain.set_state(plain.get_state())
+
+
+def test_what_follows_the_tables_is_not_huge_and_the_tables_are_whole(sim, state):
+    size, latched = moments_at(sim), len(state.ours) - sim._live.arrays.sample_clocks.latched.nbytes
+    short = replace(state, ours=state.ours[: size - 1], moving=0)
+    cases = {
+        "the state has a touch time that is not finite": changed(state, size - 8, np.inf),
+        "the state has a sensor time beyond 1e+07": changed(state, latched, 1e7),
+        f"the state has {size - 1} bytes of tables instead of {size}": short,
+        "the state at t = 1 s is not finite": replace(state, mujoco=np.append(state.mujoco[:-1], np.nan)),
+        f"invalid moving -1 of a state: from 0 to {len(state.ours)} is needed": replace(state, moving=-1),
+        f"invalid moving {len(state.ours) + 1} of a state: from 0 to {len(state.ours)} is needed": replace(
+            state, moving=len(state.ours) + 1
+        ),
+    }
+    for reason, wrong in cases.items():
+        with pytest.raises(StateError) as refused:
+            sim.set_state(wrong)
+        assert str(refused.value) == reason
+    sim.set_state(changed(state, latched, 9.9e6))
+    sim.set_state(state)

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from integration.sailing import AHEAD
 from integration.sensing import GPS, GUN, IMU, P3D, PINGER, sailing
 from vrx_mj.errors import CommandError, UnknownNameError
-from vrx_mj.runtime.subscriptions import Subscription, Subscriptions
+from vrx_mj.runtime import proximity, subscriptions
+from vrx_mj.runtime.subscriptions import ContactSampler, ContactWatch, Subscription, Subscriptions
 
 FAST = P3D.model_copy(update={"name": "fast", "rate": 250.0})
 
@@ -231,3 +232,121 @@ def test_counts_follow_the_rate(own, share):
         clock.step += subscriptions.steps(clock.step * 0.01)
     assert len(set(times)) == len(times)
     assert abs(len(times) - (20.0 * own * share + 1)) <= 2.0  # one at either end
+
+
+# Contacts
+
+PAIR, OTHER = ("a", "buoy"), ("a", "dock")
+POINT = (1.0, 2.0, 3.0)
+
+
+def watched(samples, *, ended=False):
+    """Touches that a watch tells at times [s]; `samples` are times and forces [N] by pairs."""
+    told, now = [], 0.0
+    watch = ContactWatch(
+        lambda touch: told.append((now, touch.other, touch.time, touch.force, touch.duration)), ended=ended
+    )
+    for now, forces in samples:
+        watch.take({pair: ((force, 0.0, 0.0), POINT) for pair, force in forces.items()}, now)
+        assert watch.waiting == bool(watch._waiting)
+    return watch, told
+
+
+def test_a_touch_is_told_half_a_second_after_it_began_with_the_largest_force_until_then():
+    samples = [
+        (1.0, {PAIR: 5.0}),
+        (1.25, {PAIR: 9.0}),
+        (1.5, {PAIR: 7.0}),
+        (1.53125, {PAIR: 20.0}),
+        (1.75, {PAIR: 30.0}),
+    ]
+    assert watched(samples)[1] == [(1.53125, "buoy", 1.0, 20.0, 0.53125)]
+
+
+def test_a_pair_that_was_apart_for_a_second_touches_anew():
+    apart = [(1.0, {PAIR: 5.0}), (1.984375, {PAIR: 6.0}), (2.984375, {PAIR: 1.0}), (4.0, {})]
+    assert [(time, force) for _, _, time, force, _ in watched(apart)[1]] == [(1.0, 6.0), (2.984375, 1.0)]
+    together = [(1.0, {PAIR: 5.0}), (1.984375, {PAIR: 6.0}), (2.96875, {PAIR: 1.0}), (4.0, {})]
+    assert [(time, force) for _, _, time, force, _ in watched(together)[1]] == [(1.0, 6.0)]
+
+
+def test_ended_touches_are_told_a_second_after_their_last_contact_by_their_names():
+    samples = [(1.0, {OTHER: 5.0, PAIR: 4.0}), (1.5, {OTHER: 2.0, PAIR: 8.0}), (2.484375, {}), (2.5, {}), (4.0, {})]
+    told = watched(samples, ended=True)[1]
+    assert told == [(2.5, "buoy", 1.0, 8.0, 0.5), (2.5, "dock", 1.0, 5.0, 0.5)]
+
+
+def test_what_was_not_told_yet_is_told_at_the_end_and_all_is_new_after_a_state_was_set():
+    watch, told = watched([(1.0, {PAIR: 5.0})])
+    assert (watch.waiting, told) == (True, [])
+    watch.end()
+    assert (watch.waiting, len(told)) == (False, 1)
+    watch.begin()
+    watch.take({PAIR: ((1.0, 0.0, 0.0), POINT)}, 0.5)
+    watch.begin()
+    assert [time for _, _, time, _, _ in told] == [1.0, 0.5]
+
+
+class Loop(SimpleNamespace):
+    """What a sampler of contacts looks at."""
+
+    def __init__(self):
+        look = np.zeros(1, proximity.BROADPHASE)
+        super().__init__(timestep=0.01, broadphase=look, data=SimpleNamespace(ncon=0))
+        self.flags = look[0]
+
+
+@pytest.fixture
+def sampled(monkeypatch):
+    """A sampler, what it looks at, and what touches."""
+    loop, touching = Loop(), {}
+    monkeypatch.setattr(subscriptions, "forces_of_pairs", lambda _arrays, _boats: dict(touching))
+    sampler = ContactSampler(lambda: ("a",), lambda: loop)
+    sampler.begin()
+    return sampler, loop, touching
+
+
+def test_contacts_are_sampled_every_50_ms_while_there_are_some(sampled):
+    sampler, loop, touching = sampled
+    loop.data.ncon, touching[PAIR] = 1, ((1.0, 0.0, 0.0), POINT)
+    taken = [step for step in range(40) if sampler.look(0.01 * step, waiting=False)]
+    assert taken == list(range(0, 40, 5))
+    assert [sampler.steps(0.01 * step) for step in (35, 36, 39, 40, 41)] == [5, 4, 1, 1, 1]
+    assert not loop.flags["armed"]
+
+
+def test_without_any_the_loop_is_armed_and_the_next_look_is_far_away_unless_a_touch_waits(sampled):
+    sampler, loop, _ = sampled
+    assert sampler.look(0.03, waiting=False) == {}
+    assert loop.flags["armed"]
+    assert sampler.steps(0.03) == 10**11 - 3
+    assert sampler.look(5.0, waiting=False) is None
+    sampler.begin()
+    assert sampler.look(0.03, waiting=True) == {}
+    assert sampler.steps(0.03) == 47
+    assert sampler.look(0.49, waiting=True) is None
+    assert sampler.look(0.50, waiting=True) == {}
+
+
+def test_a_loop_that_stopped_is_looked_at_at_once_and_again_soon(sampled):
+    sampler, loop, touching = sampled
+    sampler.look(0.0, waiting=False)
+    loop.flags["armed"], loop.data.ncon, touching[PAIR] = 0, 1, ((1.0, 0.0, 0.0), POINT)
+    assert sampler.look(0.17, waiting=False) == touching
+    assert sampler.look(0.19, waiting=False) is None
+    assert sampler.look(0.20, waiting=False) == touching
+    touching.clear()
+    assert sampler.look(0.25, waiting=False) == {}
+    loop.flags["armed"] = 0  # by what holds a boat
+    assert sampler.look(0.26, waiting=False) == {}
+    assert sampler.look(0.30, waiting=False) == {}
+
+
+def test_a_list_of_contacts_of_an_earlier_step_is_not_read(sampled):
+    sampler, loop, touching = sampled
+    loop.data.ncon, touching[PAIR] = 1, ((1.0, 0.0, 0.0), POINT)
+    loop.flags["clearance"] = 0.1
+    assert sampler.look(0.0, waiting=False) == {}
+    sampler.begin()
+    loop.flags["wait"] = 3
+    assert sampler.look(0.0, waiting=False) == touching

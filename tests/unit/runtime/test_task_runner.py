@@ -72,3 +72,18 @@ def on_earth(sim):
     runner = sim._task_runner
     assert isinstance(runner, TaskRunner)
     return runner._on_earth
+
+
+def test_places_on_earth_are_told_to_the_task_in_the_world(sim):
+    in_world, east = sim._task_runner._in_world, {**EARTH, "longitude": EARTH["longitude"] + 20.0 / 92_600}
+    assert in_world({**EARTH, "altitude": 3.0, "name": "x"}) == pytest.approx({"name": "x", "x": 0.0, "y": 0.0})
+    there = in_world({key: str(value) for key, value in east.items()})
+    assert (there["x"], there["y"]) == pytest.approx((20.0, 0.0), abs=0.05)
+    lacking = [
+        {"latitude": 1.0},
+        [1.0, 2.0],
+        "red",
+        {"latitude": "north", "longitude": 1.0},
+        {**EARTH, "latitude": None},
+    ]
+    assert [in_world(content) for content in lacking] == lacking

@@ -1,5 +1,7 @@
 """Durations in steps."""
 
+import math
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -75,3 +77,32 @@ def test_a_pause_ends_by_its_time_or_by_hand():
     pause.begin(1.0, 2.0)
     pause.end()
     assert pause.is_over(1.0)
+
+
+def refusal(duration, timestep=0.01):
+    with pytest.raises(CommandError) as refused:
+        whole_steps(duration, timestep)
+    return str(refused.value)
+
+
+def test_durations_are_from_a_step_to_the_longest_and_whole_steps():
+    assert [whole_steps(duration, 0.01) for duration in (0.01, 0.01 * (1.0 - 0.9e-6), 1e9, 0.02 + 0.9e-6)] == [
+        1, 1, 10**11, 2,
+    ]  # fmt: skip
+    one = "at least one timestep, 0.01 s, is needed"
+    for duration in (0.0, 0.01 * (1.0 - 1.1e-6), math.inf, math.nan, -math.inf):
+        assert refusal(duration) == f"invalid duration {duration:g} s: {one}"
+    assert refusal(1.1e9) == "invalid duration 1.1e+09 s: at most 1e+09 s"
+    needed = "a multiple of the timestep 0.01 s is needed, such as"
+    assert refusal(0.02 + 1.1e-6) == f"invalid duration 0.0200011 s: {needed} 0.02 or 0.03 s"
+    assert refusal(0.128) == f"invalid duration 0.128 s: {needed} 0.12 or 0.13 s"
+    assert refusal("1") == "invalid duration '1': a number of seconds is needed"
+
+
+def test_strides_are_whole_steps_and_one_at_least():
+    assert [stride_of(rate, 0.01) for rate in (1.0, 20.0, 30.0, 99.0, 1e4)] == [100, 5, 3, 1, 1]
+    assert [steps_to_multiple(0.01 * step, 0.01, 5) for step in range(7)] == [5, 4, 3, 2, 1, 5, 4]
+
+
+def test_a_sample_is_due_a_millionth_of_a_second_early():
+    assert [sample_number(10.0, time) for time in (0.0, 0.1 - 1.1e-6, 0.1 - 0.9e-6, 0.1999, 1.0)] == [0, 0, 1, 1, 10]

@@ -6,18 +6,26 @@ import math
 import numpy as np
 import pytest
 
+from fingerprints import check
 from vrx_mj.packages import root
 from vrx_mj.spectra import (
     Site,
+    breaking_height,
+    developed_period,
     equal_energy_bands,
+    gust_frequencies,
+    gust_variance,
     irregular_sea,
     jonswap,
+    npd,
     pierson_moskowitz,
     regular_wave,
     spread_angles,
+    steepest_sea,
     stokes_wave,
     tabular,
     tma,
+    wavenumber,
 )
 
 TABLES = root() / "assets" / "validation"
@@ -132,3 +140,49 @@ def test_a_low_stokes_wave_is_linear():
 def test_a_spectrum_without_energy_is_refused():
     with pytest.raises(ValueError, match="the spectrum has no energy"):
         equal_energy_bands(lambda _: 0.0, 0.5, 2.0, 10)
+
+
+SHORE, CREEK = Site(6.0), Site(0.8, 9.7)
+
+
+def test_waves_and_spectra_are_what_they_were():
+    sites, table = (Site(), SHORE, CREEK), tabular([0.5, 1.0, 2.5], [0.1, 2.0, 0.0])
+    periods = np.array([0.9, 2.0, 4.5, 7.9, 9.0, 14.9, 16.0])
+    spectra = {
+        "pm": pierson_moskowitz(1.3), "jonswap": jonswap(1.3, 2.5), "tma": tma(1.3, SHORE), "table": table,
+        "npd": npd(12.0, 4.0), "calm": npd(3.0, 10.0),
+    }  # fmt: skip
+    for name, spectrum in spectra.items():
+        gusts = gust_variance(spectrum) if name != "table" else 0.0
+        check("spectra", name, densities=[spectrum(frequency) for frequency in np.geomspace(0.2, 6.0, 40)],
+              bands=equal_energy_bands(spectrum, 0.6, 2.4, 7), gusts=gusts,
+              sea=irregular_sea(spectrum, 0.7, (0.6, 2.4), (3.0, -4.0), 9, 8.0, SHORE, 300.0))  # fmt: skip
+    check(
+        "spectra", "waves",
+        numbers=[[wavenumber(2.0 * math.pi / period, site) for period in periods] for site in sites],
+        heights=[[steepest_sea(period, site), breaking_height(period, site)] for period in periods for site in sites],
+        developed=[developed_period(height, gravity) for height in (0.1, 2.0) for gravity in (9.81, 3.7)],
+        stokes=[stokes_wave(0.05 * min(depth, 6.0), 3.5, (1.0, 2.0), Site(depth)) for depth in (6.0, 3.0, 1e3)],
+        regular=regular_wave(0.4, 3.0, (0.0, -2.0), CREEK), gusts=gust_frequencies(npd(8.0, 5.0), 12),
+        angles=[spread_angles(spreading, 11) for spreading in (1.0, 7.5, 75.0)],
+    )  # fmt: skip
+
+
+def test_the_height_of_a_sea_is_limited_by_its_length_up_to_8_s_from_15_s_and_between():
+    length = 9.81 / (2.0 * math.pi)
+    for period, share in ((8.0, 15.0), (15.0, 25.0), (20.0, 25.0), (4.0, 15.0)):
+        assert steepest_sea(period) == pytest.approx(length * period**2 / share)
+    assert steepest_sea(11.5) == pytest.approx(length * 11.5**2 * 0.5 * (1.0 / 15.0 + 1.0 / 25.0))
+    assert steepest_sea(9.0, Site(0.5)) == breaking_height(9.0, Site(0.5))
+
+
+@pytest.mark.parametrize(("height", "period"), [(1.0, 0.5), (60.0, 4.0)])
+def test_a_stokes_wave_that_cannot_be_is_refused(height, period):
+    with pytest.raises(ValueError, match=rf"^no Stokes wave of {height:g} m has a period of {period:g} s there$"):
+        stokes_wave(height, period, (1.0, 0.0))
+
+
+def test_a_table_has_nothing_beyond_its_ends_and_its_values_at_them():
+    spectrum = tabular([0.5, 1.0, 2.5], [0.1, 2.0, 0.3])
+    assert [spectrum(frequency) for frequency in (0.5, 1.0, 2.5)] == pytest.approx([0.1, 2.0, 0.3])
+    assert spectrum(np.nextafter(0.5, 0.0)) == spectrum(np.nextafter(2.5, 3.0)) == 0.0
