@@ -107,15 +107,15 @@ def write_rows(which: IntArray, parts: Table, whole: Table) -> None:
         whole[which[row], byte] = parts[row, byte]
 
 
-def launcher(function: Callable[..., None], rows: int, waves: int, stream: Stream) -> Callable[..., None]:
-    """What launches a kernel on a stream, for so many rows, a thread each, and waves.
+def launcher(function: Callable[..., None], threads: int, waves: int, stream: Stream) -> Callable[..., None]:
+    """What launches a kernel on a stream, for so many threads and waves.
 
     What was compiled is kept with the kernels of the CPU, whose folder belongs to their sources.
     """
     with warnings.catch_warnings():  # a few rows leave most of a processor idle
         warnings.simplefilter("ignore")
         kernel = cuda.jit(function) if SIMULATED else _compiled(function, None if waves <= _FEW_WAVES else _REGISTERS)
-        found: Callable[..., None] = kernel[(rows + _BLOCK - 1) // _BLOCK, _BLOCK, stream]
+        found: Callable[..., None] = kernel[(threads + _BLOCK - 1) // _BLOCK, _BLOCK, stream]
     return found
 
 

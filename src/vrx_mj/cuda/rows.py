@@ -138,6 +138,12 @@ class DeviceRows:
             launch = launcher(begin_rows, at["sharing"].size, 0, self._stream)
             launch(at["shared"], at["sharing"], firsts, tuple(self._twins.values()))
 
+    def threads_agree(self) -> bool:
+        """Whether all threads of a row have come to the same bits in the last launch; waits for the device."""
+        firsts = (self._words(name).copy_to_host().reshape(-1) for name in self._twins)
+        twins = (twin.copy_to_host().reshape(self.threads - 1, -1) for twin in self._twins.values())
+        return all(bool((twin == first).all()) for first, twin in zip(firsts, twins, strict=True))
+
     def _words(self, name: str) -> DeviceArray:
         """A table on the device as words of four bytes, (n, words)."""
         return self.arrays[name].view(np.uint32).reshape(self._rows.n, -1)
