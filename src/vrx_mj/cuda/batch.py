@@ -41,7 +41,9 @@ class RowsObserved(NamedTuple):
 
 
 class Batch:
-    """`n` rows of one world of single free bodies on the current graphics processor, one thread for each.
+    """`n` rows of one world of single free bodies on the current graphics processor.
+
+    A thread moves each row, in profile `marine` eight together.
 
     The functions that move a row are those of `vrx_mj.Batch(world, n, engine="free")`, compiled for the processor, and
     seeds, phases and starts come from the same functions: a row is the run of the row of that batch, to rounding of
@@ -83,7 +85,7 @@ class Batch:
         rows, waves = self._batch._rows, len(self._batch._arrays.waves)
         self._rows = DeviceRows(rows, self._stream)
         advance = advance_vrx if rows.arrays.vrx_only else advance_marine
-        self._advance = launcher(advance, self.n, waves, self._stream)
+        self._advance = launcher(advance, self.n * self._rows.threads, waves, self._stream)
         self._command, self._observe = (launcher(each, self.n, 0, self._stream) for each in (command, observe))
         self._thrusters, self._angles = map(cuda.to_device, (self._batch._thrusters, self._batch._angles))
         self._asked, self._going = 0, self._rows.arrays["going"]
@@ -176,6 +178,7 @@ class Batch:
         self._asked, at = as_int("number of steps", steps, 0, MOST_STEPS), self._rows.arrays
         self._going = at["going"] if rows is None else self._on_device("rows", rows, (self.n,), np.bool_)
         own = at["runs"], at["time"], self._going, at["done"], at["features"], self.timestep, self._asked
+        self._rows.share()
         self._advance(*own, *self._rows.work)
 
     def step(self, values: npt.ArrayLike | None = None, *, duration: float, rows: npt.ArrayLike | None = None) -> None:

@@ -111,6 +111,8 @@ class _Check:
         one, other = many.qpos.copy_to_host(), again.qpos.copy_to_host()
         equal = one.tobytes() == other.tobytes() and one[:_FEW].tobytes() == found.tobytes()
         self.judge(f"{name}: the same bits from run to run, and in {_FEW} and {more} rows", equal)
+        if (threads := many._rows.threads) > 1:
+            self.judge(f"{name}: the same bits from the {threads} threads of a row", many._rows.threads_agree())
 
     def measure(self, name: str, world: World, n: int, wanted: float | None) -> None:
         """Boat steps a second of `n` rows."""

@@ -1,4 +1,9 @@
-"""What a thread of a graphics processor does: the functions of `runtime.rows`, one row for each thread."""
+"""What threads of a graphics processor do: the functions of `runtime.rows`, one row for each thread.
+
+Outside of VRX's profiles the lanes of `physics.lanes` are eight threads, which share a row: its mesh, waves and tables
+are read and written together. What else changes in a row each thread has for itself, in a run of its own, and comes to
+the same numbers.
+"""
 
 import warnings
 from collections.abc import Callable
@@ -6,11 +11,13 @@ from functools import cache
 from typing import Any, Protocol
 
 import numba_cuda
+from llvmlite import ir
 from numba import cuda
 from numba.cuda.core import config
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.physics.kernel import cache_folder
+from vrx_mj.physics.lanes import WIDTH, LanesType
 from vrx_mj.physics.tables import Table
 from vrx_mj.physics.vessel import VesselWork
 from vrx_mj.runtime.rows import advance_free_row, command_row, observe_row
@@ -22,6 +29,16 @@ _FEW_WAVES, _REGISTERS = 10, 96
 waves 765 million steps a second with 96 registers and 541 without a limit; with 5 waves 1,330 and 1,769."""
 _BLOCK = 64
 """Threads of a block. From 32 to 256 speeds differ by 6 %."""
+
+if not SIMULATED:
+    from numba.cuda.models import PrimitiveModel, register_model
+
+    @register_model(LanesType)
+    class _LanesModel(PrimitiveModel):  # type: ignore[misc]
+        """Of a value of lanes, a thread has one number."""
+
+        def __init__(self, manager: Any, kind: Any) -> None:
+            super().__init__(manager, kind, ir.DoubleType())
 
 
 class Stream(Protocol):
@@ -38,7 +55,7 @@ def advance_vrx(
     """Advance every row that is `going`, of a world of VRX's profiles."""
     row = cuda.grid(1)
     if row < time.size and going[row]:
-        advance_free_row(runs, row, time, done, features, dt, steps, damping[row], None)
+        advance_free_row(runs, row, row, time, done, features, dt, steps, damping[row], None)
 
 
 def advance_marine(
@@ -46,11 +63,15 @@ def advance_marine(
     damping: FloatArray, pressures: FloatArray, wet: Table, found: IntArray, cut: FloatArray, polynomial: FloatArray,
     columns: FloatArray,
 ) -> None:  # fmt: skip
-    """Advance every row that is `going`; each has a part of the memory of `vessel_work`."""
-    row = cuda.grid(1)
+    """Advance every row that is `going`, by `WIDTH` threads; each row has a part of the memory of `vessel_work`.
+
+    `runs` and `damping` are of all rows for the first of their threads, then of all rows for the second, and so on.
+    """
+    row, lane = divmod(cuda.grid(1), WIDTH)
     if row < time.size and going[row]:
         work = VesselWork(pressures[row], wet[row], found[row], cut[row], polynomial[row], columns[row])
-        advance_free_row(runs, row, time, done, features, dt, steps, damping[row], work)
+        run = lane * time.size + row
+        advance_free_row(runs, run, row, time, done, features, dt, steps, damping[run], work)
 
 
 def command(
@@ -70,12 +91,12 @@ def observe(runs: Table, time: FloatArray, wind: FloatArray, surface: FloatArray
 
 
 def begin_rows(begun: BoolArray, starts: IntArray, kept: tuple[Table, ...], wholes: tuple[Table, ...]) -> None:
-    """Write the bytes of a row's start, a row of each of `kept`, into the tables of those rows that are `begun`."""
+    """Write a row's start, a row of each of `kept`, into the tables of those rows that are `begun`; all as words."""
     row = cuda.grid(1)
     if row < starts.size and begun[row]:
         for table in range(len(kept)):
-            for byte in range(kept[table].shape[1]):
-                wholes[table][row, byte] = kept[table][starts[row], byte]
+            for word in range(kept[table].shape[1]):
+                wholes[table][row, word] = kept[table][starts[row], word]
 
 
 def write_rows(which: IntArray, parts: Table, whole: Table) -> None:
@@ -86,15 +107,15 @@ def write_rows(which: IntArray, parts: Table, whole: Table) -> None:
         whole[which[row], byte] = parts[row, byte]
 
 
-def launcher(function: Callable[..., None], rows: int, waves: int, stream: Stream) -> Callable[..., None]:
-    """What launches a kernel on a stream, for so many rows, a thread each, and waves.
+def launcher(function: Callable[..., None], threads: int, waves: int, stream: Stream) -> Callable[..., None]:
+    """What launches a kernel on a stream, for so many threads and waves.
 
     What was compiled is kept with the kernels of the CPU, whose folder belongs to their sources.
     """
     with warnings.catch_warnings():  # a few rows leave most of a processor idle
         warnings.simplefilter("ignore")
         kernel = cuda.jit(function) if SIMULATED else _compiled(function, None if waves <= _FEW_WAVES else _REGISTERS)
-        found: Callable[..., None] = kernel[(rows + _BLOCK - 1) // _BLOCK, _BLOCK, stream]
+        found: Callable[..., None] = kernel[(threads + _BLOCK - 1) // _BLOCK, _BLOCK, stream]
     return found
 
 

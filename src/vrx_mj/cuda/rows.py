@@ -1,6 +1,6 @@
 """The memory of rows on a graphics processor: a copy of the host's tables, and a table of runs that leads into it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, Protocol
 
 import numpy as np
@@ -9,6 +9,7 @@ from numba import cuda
 
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.cuda.kernels import SIMULATED, Stream, begin_rows, launcher, write_rows
+from vrx_mj.physics.lanes import WIDTH
 from vrx_mj.physics.tables import Table
 from vrx_mj.physics.vessel import HullMeshes, VesselWork, vessel_work
 from vrx_mj.runtime.row_tables import SEPARATE, RowTables, check_memory
@@ -16,7 +17,9 @@ from vrx_mj.runtime.views import ARRAYS
 
 _PLAIN = ("time", "done", "features")
 """Arrays of all rows to which no run leads."""
-_MOVING = {*SEPARATE, *_PLAIN, "qpos", "qvel", "xfrc_applied"}
+_CHANGED = {*SEPARATE, "qpos", "qvel", "xfrc_applied"}
+"""Tables that a step changes: of threads that share a row, each has its own."""
+_MOVING = {*_CHANGED, *_PLAIN}
 
 
 class DeviceArray(Protocol):
@@ -53,10 +56,15 @@ class DeviceRows:
     def __init__(self, rows: RowTables, stream: Stream) -> None:
         """Copy the rows' memory to the current device; CommandError: there is not enough memory."""
         self._rows, self._stream, self._marine = rows, stream, not rows.arrays.vrx_only
+        self.threads = WIDTH if self._marine else 1
+        """Threads that share a row."""
         self.arrays: dict[str, DeviceArray] = {}
         self._starts: tuple[tuple[DeviceArray, ...], tuple[DeviceArray, ...]] = (), ()
+        self._twins: dict[str, DeviceArray] = {}
         each = sum(part.nbytes for part in self._work(0)) if self._marine else 0
-        self._check_memory(rows.runs.nbytes + sum(host.nbytes for _, host in self._hosts()) + rows.n * each)
+        sizes = {name: host.nbytes for name, host in self._hosts()} | {"runs": rows.runs.nbytes}
+        more = (self.threads - 1) * sum(sizes[name] for name in sizes.keys() & {*_CHANGED, "runs"})
+        self._check_memory(sum(sizes.values()) + more + rows.n * each)
         self.push()
 
     def _check_memory(self, size: int) -> None:
@@ -85,7 +93,7 @@ class DeviceRows:
     def push(self) -> None:
         """Copy everything from the host."""
         rows = self._rows
-        runs = rows.runs.copy()
+        runs = np.tile(rows.runs, self.threads)
         for name in ("model", "contact_free", "data"):
             runs[name] = 0
         for name, host in self._hosts():
@@ -95,27 +103,63 @@ class DeviceRows:
             if table in ARRAYS:
                 there = rows.runs[table][:, 0]
                 inside = (there >= start) & (there < start + host.nbytes)
-                runs[table][inside, 0] = there[inside] - start + _address(self.arrays[name])
+                for own, place in zip(np.split(runs[table], self.threads), self._places(name, host), strict=True):
+                    own[inside, 0] = there[inside] - start + place
         if self._marine:
-            works = zip(*(self._work(row) for row in range(rows.n)), strict=True)
-            for name, parts in zip(VesselWork._fields, works, strict=True):
-                self._put(name, np.stack(parts))
-        self._put("damping", np.zeros((rows.n, max(1, len(rows.arrays.floats)), 3)))
+            for name, part in self._work(0)._asdict().items():
+                if name not in self.arrays or self.arrays[name].shape[1:] != part.shape:
+                    self.arrays[name] = cuda.device_array((rows.n, *part.shape), part.dtype)
+            self._put("columns", self._columns(range(rows.n)))
+            self._put("sharing", np.tile(np.arange(rows.n), self.threads - 1))
+            self._put("shared", np.ones((self.threads - 1) * rows.n, np.bool_))
+        self._put("damping", np.zeros((len(runs), max(1, len(rows.arrays.floats)), 3)))
         self._put("wind_velocity", np.zeros((rows.n, 2)))
         self._put("surface", np.zeros((rows.n, len(rows.arrays.hulls))))
         self._put("going", np.ones(rows.n, np.bool_))
         self._put("runs", runs)
         self._stream.synchronize()
 
+    def _places(self, name: str, host: Table) -> list[int]:
+        """Addresses of a table on the device for each of the threads that share a row."""
+        first, more = _address(self.arrays[name]), self.threads - 1
+        if name not in _CHANGED or not more:
+            return [first] * self.threads
+        if name not in self._twins or self._twins[name].size * 4 != more * host.nbytes:
+            shape = more * self._rows.n, host.nbytes // self._rows.n // 4
+            self._twins[name] = cuda.device_array(shape, np.uint32)
+        second = _address(self._twins[name])
+        return [first, *range(second, second + more * host.nbytes, host.nbytes)]
+
+    def share(self) -> None:
+        """Give each thread of a row what the first has, and what its step changes."""
+        if self._twins:
+            firsts, at = tuple(map(self._words, self._twins)), self.arrays
+            launch = launcher(begin_rows, at["sharing"].size, 0, self._stream)
+            launch(at["shared"], at["sharing"], firsts, tuple(self._twins.values()))
+
+    def threads_agree(self) -> bool:
+        """Whether all threads of a row have come to the same bits in the last launch; waits for the device."""
+        firsts = (self._words(name).copy_to_host().reshape(-1) for name in self._twins)
+        twins = (twin.copy_to_host().reshape(self.threads - 1, -1) for twin in self._twins.values())
+        return all(bool((twin == first).all()) for first, twin in zip(firsts, twins, strict=True))
+
+    def _words(self, name: str) -> DeviceArray:
+        """A table on the device as words of four bytes, (n, words)."""
+        return self.arrays[name].view(np.uint32).reshape(self._rows.n, -1)
+
+    def _columns(self, which: Iterable[int]) -> FloatArray:
+        """Waves of rows in columns, and memory, as in `VesselWork`."""
+        return np.stack([self._work(row).columns for row in which])
+
     def keep(self) -> None:
         """Copy everything from the host, and keep it as starts, for `begin`; CommandError: no memory is left."""
         self.push()
         hosts, n = dict(self._hosts()), self._rows.n
         names = [name for name in hosts if "." not in name and len(hosts[name]) == n]
-        names += VesselWork._fields if self._marine else ()
-        wholes = tuple(self.arrays[name].view(np.uint8).reshape(n, -1) for name in names)
+        names += ["columns"] if self._marine else []
+        wholes = tuple(map(self._words, names))
         self._starts = (), ()
-        self._check_memory(sum(whole.size for whole in wholes))
+        self._check_memory(4 * sum(whole.size for whole in wholes))
         kept = tuple(map(cuda.device_array_like, wholes))
         for start, whole in zip(kept, wholes, strict=True):
             start.copy_to_device(whole, stream=self._stream)
@@ -133,7 +177,7 @@ class DeviceRows:
         hosts = dict(self._hosts())
         sizes = {name: self.arrays[name].view(np.uint8).size for name in hosts if name in self.arrays}
         stacks = {name for name in hosts if "." not in name and len(hosts[name]) == self._rows.n}
-        own = {name: hosts[name][which] for name in stacks if moving or name not in _MOVING}
+        own: dict[str, Any] = {name: hosts[name][which] for name in stacks if moving or name not in _MOVING}
         if sizes != {name: host.nbytes for name, host in hosts.items()}:
             self.pull()
             for name in own.keys() & _MOVING:
@@ -142,8 +186,7 @@ class DeviceRows:
         elif len(which):
             rows = cuda.to_device(which, stream=self._stream)
             if self._marine:
-                works = zip(*(self._work(row) for row in which.tolist()), strict=True)
-                own |= {name: np.stack(parts) for name, parts in zip(VesselWork._fields, works, strict=True)}
+                own["columns"] = self._columns(which.tolist())
             for name, parts in own.items():
                 given = cuda.to_device(parts.reshape(-1).view(np.uint8).reshape(len(which), -1), stream=self._stream)
                 there = self.arrays[name].view(np.uint8).reshape(self._rows.n, -1)

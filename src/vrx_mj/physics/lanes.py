@@ -3,6 +3,13 @@
 Compilers may turn a loop into such code, or not: sums they leave alone, since another order gives other bits. Here the
 kernel says it. Every operation is that of IEEE 754 in each lane, and a sum is folded in one fixed order, so results do
 not depend on how many lanes a processor has.
+
+On a graphics processor a value is one number in each of eight neighbouring threads of a warp. They run a kernel
+together: but for the lanes they have the same numbers, so they take the same branches. They share the arrays with which
+lanes are loaded and stored, and no other memory that changes: each would add once more to what the others have added.
+What `store` has written any thread may read, since `store` waits for all threads before and after. Numbers written one
+by one into such an array are written by all threads alike; `sync_lanes` stands where one could read them too early, or
+write while another still reads.
 """
 
 import functools
@@ -31,17 +38,17 @@ _Emit = Callable[..., Any]
 """Writes an operation: a function of LLVM's builder and of its arguments."""
 
 
-class _LanesType(types.Type):  # type: ignore[misc]
+class LanesType(types.Type):  # type: ignore[misc]
     """The type in numba."""
 
     def __init__(self) -> None:
         super().__init__(name=f"Lanes{WIDTH}")
 
 
-_lanes = _LanesType()
+_lanes = LanesType()
 
 
-@register_model(_LanesType)
+@register_model(LanesType)
 class _LanesModel(models.PrimitiveModel):  # type: ignore[misc]
     """How a value lies in a register."""
 
@@ -54,7 +61,47 @@ def _address(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     assert signature.args[0].layout == "C", "lanes lie one after another"
     array = context.make_array(signature.args[0])(context, builder, arguments[0])
     index = context.cast(builder, arguments[1], signature.args[1], types.intp)
-    return builder.bitcast(builder.gep(array.data, [index]), _VECTOR.as_pointer())
+    kind = context.get_value_type(_lanes)
+    if kind != _VECTOR:
+        index = builder.add(index, builder.zext(builder.and_(_thread(builder), ir.Constant(_INDEX, WIDTH - 1)), _WORD))
+    return builder.bitcast(builder.gep(array.data, [index]), kind.as_pointer())
+
+
+def _card(builder: Any, name: str, result: Any, *arguments: Any) -> Any:
+    """Call a function that a graphics processor's compiler knows."""
+    kind = ir.FunctionType(result, [each.type for each in arguments])
+    return builder.call(cgutils.get_or_insert_function(builder.module, kind, f"llvm.nvvm.{name}"), arguments)
+
+
+def _thread(builder: Any) -> Any:
+    """Number of the thread in its warp."""
+    return _card(builder, "read.ptx.sreg.laneid", _INDEX)
+
+
+def _together(builder: Any) -> Any:
+    """The threads of a warp, as bits, that have a value's lanes."""
+    first = builder.and_(_thread(builder), ir.Constant(_INDEX, 32 - WIDTH))
+    return builder.shl(ir.Constant(_INDEX, (1 << WIDTH) - 1), first)
+
+
+def _wait(context: Any, builder: Any) -> None:
+    """Let threads that share a value wait for each other, and see what the others have written."""
+    if context.get_value_type(_lanes) != _VECTOR:
+        _card(builder, "bar.warp.sync", ir.VoidType(), _together(builder))
+
+
+def _exchanged(builder: Any, value: Any, distance: int) -> Any:
+    """The numbers of the threads whose lanes differ by a bit."""
+    word, half, butterfly = builder.bitcast(value, _WORD), ir.Constant(_WORD, 32), ir.Constant(_INDEX, 3)
+    parts = [
+        _card(
+            builder, "shfl.sync.i32", ir.LiteralStructType([_INDEX, ir.IntType(1)]), _together(builder), butterfly,
+            builder.trunc(part, _INDEX), ir.Constant(_INDEX, distance), ir.Constant(_INDEX, 31),
+        )
+        for part in (word, builder.lshr(word, half))
+    ]  # fmt: skip
+    low, high = (builder.zext(builder.extract_value(part, 0), _WORD) for part in parts)
+    return builder.bitcast(builder.or_(low, builder.shl(high, half)), value.type)
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -74,10 +121,23 @@ def store(_context: Any, _array: Any, _index: Any, _value: Any) -> Any:
     """Write lanes into a contiguous array of floats from an index on; it must be long enough."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        _wait(context, builder)
         builder.store(arguments[2], _address(context, builder, signature, arguments)).align = 8
+        _wait(context, builder)
         return context.get_dummy_value()
 
     return types.void(_array, _index, _value), generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def sync_lanes(_context: Any) -> Any:
+    """Let all threads that share a row come here before one goes on; nothing where a processor has the lanes itself."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        _wait(context, builder)
+        return context.get_dummy_value()
+
+    return types.void(), generate
 
 
 def _operation(result: Any = None) -> Callable[[_Emit], Any]:
@@ -92,10 +152,11 @@ def _operation(result: Any = None) -> Callable[[_Emit], Any]:
             kind = _lanes if _lanes in (result, *kinds) else types.float64
 
             def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+                form = context.get_value_type(kind)
                 values = [
                     value
                     if own == _lanes
-                    else _broadcast(builder, context.cast(builder, value, own, types.float64), kind)
+                    else _broadcast(builder, context.cast(builder, value, own, types.float64), form)
                     for own, value in zip(signature.args, arguments, strict=True)
                 ]
                 return emit(builder, *values)
@@ -107,9 +168,9 @@ def _operation(result: Any = None) -> Callable[[_Emit], Any]:
     return decorate
 
 
-def _broadcast(builder: Any, number: Any, kind: Any) -> Any:
-    """A number, in all lanes if `kind` is lanes."""
-    if kind != _lanes:
+def _broadcast(builder: Any, number: Any, form: Any) -> Any:
+    """A number, in all lanes if the form of the value is a vector."""
+    if form != _VECTOR:
         return number
     nothing = ir.Constant(_VECTOR, ir.Undefined)
     first = builder.insert_element(nothing, number, ir.Constant(_INDEX, 0))
@@ -133,6 +194,10 @@ def broadcast(_builder: Any, number: Any) -> Any:
 @_operation(types.float64)
 def total(builder: Any, value: Any) -> Any:
     """The sum over the lanes: of halves, then of quarters."""
+    if value.type != _VECTOR:
+        for distance in (4, 2, 1):
+            value = builder.fadd(value, _exchanged(builder, value, distance))
+        return value
     parts = [builder.extract_element(value, ir.Constant(_INDEX, k)) for k in range(WIDTH)]
     while len(parts) > 1:
         half = len(parts) // 2
@@ -144,6 +209,16 @@ def total(builder: Any, value: Any) -> Any:
 def totals(builder: Any, a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, g: Any, h: Any) -> Any:
     """`total` of each of eight values, to the bit, in the lanes of one, in a fifth of the operations."""
     values, length, kind = [a, b, c, d, e, f, g, h], WIDTH, ir.VectorType(_INDEX, WIDTH)
+    while a.type != _VECTOR and len(values) > 1:  # each thread keeps half of the sums, and gives away the others
+        half = len(values) // 2
+        bit = builder.and_(_thread(builder), ir.Constant(_INDEX, half))
+        low = builder.icmp_unsigned("==", bit, ir.Constant(_INDEX, 0))
+        pairs = list(zip(values[:half], values[half:], strict=True))
+        given = [_exchanged(builder, builder.select(low, other, one), half) for one, other in pairs]
+        kept = [builder.select(low, one, other) for one, other in pairs]
+        values = [builder.fadd(own, more) for own, more in zip(kept, given, strict=True)]
+    if len(values) == 1:
+        return values[0]
     while length > 1:
         half = length // 2
         low = [first + lane for first in range(0, 2 * WIDTH, length) for lane in range(half)]
@@ -177,10 +252,18 @@ def by_quarters(builder: Any, shifted: Any, even: Any, odd: Any) -> Any:
     return builder.bitcast(builder.xor(bits, flip), shifted.type)
 
 
+def _zero(value: Any) -> Any:
+    return ir.Constant(value.type, [0.0] * WIDTH if value.type == _VECTOR else 0.0)
+
+
 @_operation(types.boolean)
 def any_positive(builder: Any, value: Any) -> Any:
     """Whether a number in any lane is above zero."""
-    lanes = builder.fcmp_ordered(">", value, ir.Constant(_VECTOR, [0.0] * WIDTH))
+    lanes = builder.fcmp_ordered(">", value, _zero(value))
+    if value.type != _VECTOR:
+        result = ir.LiteralStructType([_INDEX, ir.IntType(1)])
+        votes = _card(builder, "vote.sync", result, _together(builder), ir.Constant(_INDEX, 1), lanes)
+        return builder.extract_value(votes, 1)
     bits = builder.bitcast(lanes, ir.IntType(WIDTH))
     return builder.icmp_unsigned("!=", bits, ir.Constant(ir.IntType(WIDTH), 0))
 
@@ -200,7 +283,7 @@ def smaller(builder: Any, one: Any, other: Any) -> Any:
 @_operation(_lanes)
 def choose(builder: Any, sign: Any, one: Any, other: Any) -> Any:
     """The first of two numbers in each lane in which `sign` is above zero, else the second."""
-    return builder.select(builder.fcmp_ordered(">", sign, ir.Constant(_VECTOR, [0.0] * WIDTH)), one, other)
+    return builder.select(builder.fcmp_ordered(">", sign, _zero(sign)), one, other)
 
 
 @_operation()

@@ -26,7 +26,7 @@ import numpy as np
 
 from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.lanes import WIDTH, Lanes, broadcast, choose, larger, load, product_and, store, totals
+from vrx_mj.physics.lanes import WIDTH, Lanes, broadcast, choose, larger, load, product_and, store, sync_lanes, totals
 from vrx_mj.physics.motion import Vector, Wrench
 
 _SLENDER = 0.25
@@ -214,6 +214,7 @@ def _find_cut(pairs: IntArray, pressures: FloatArray, wet: ByteArray, found: Int
         corners = wet[pairs[i, 0]] + wet[pairs[i, 1]] + wet[pairs[i, 2]] + wet[pairs[i, 3]]
         found[number] = i
         number += (corners != 0) & (corners != 4)
+    sync_lanes()
     return number
 
 

@@ -29,6 +29,7 @@ from vrx_mj.physics.lanes import (
     load,
     product_and,
     store,
+    sync_lanes,
     total,
     totals,
     zeros_in_lines,
@@ -174,14 +175,17 @@ def elevation_of_columns(columns: Waves, x: float, y: float, t: float) -> float:
     east, north, wavenumber = columns[EAST], columns[NORTH], columns[WAVENUMBER]
     frequency, phase, amplitude, part = columns[FREQUENCY], columns[PHASE], columns[AMPLITUDE], columns[MEMORY]
     far = 0
+    sync_lanes()
     for i in range(part.size):
         angle = wavenumber[i] * (east[i] * x + north[i] * y) - frequency[i] * t + phase[i]
         far |= not abs(angle) < FAR
         part[i] = amplitude[i] * near_cosine(angle)
+    sync_lanes()
     if far:
         for i in range(part.size):
             angle = wavenumber[i] * (east[i] * x + north[i] * y) - frequency[i] * t + phase[i]
             part[i] = amplitude[i] * cosine(angle)
+        sync_lanes()
     height = 0.0
     for i in range(part.size):
         height += part[i]

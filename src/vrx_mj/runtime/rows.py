@@ -18,6 +18,7 @@ from vrx_mj.errors import CommandError, quote
 from vrx_mj.libmujoco import c_function
 from vrx_mj.model.water import Sea
 from vrx_mj.physics.kernel import allocating_kernel, expanded_kernel, kernel
+from vrx_mj.physics.lanes import sync_lanes
 from vrx_mj.physics.motion import motion
 from vrx_mj.physics.tables import Record, Table
 from vrx_mj.physics.vessel import VesselWork
@@ -226,18 +227,23 @@ def observe_rows(first: int, last: int, hulls: Table, qpos: FloatArray, qvel: Fl
 
 @kernel
 def advance_free_row(
-    runs: Table, row: int, time: FloatArray, done: IntArray, features: FloatArray, dt: float, steps: int,
+    runs: Table, run: int, row: int, time: FloatArray, done: IntArray, features: FloatArray, dt: float, steps: int,
     damping: FloatArray, work: VesselWork | None,
 ) -> None:  # fmt: skip
     """Advance a row without MuJoCo, as far as nothing is near, and write what is seen of its boats.
 
     This is what a thread of a graphics processor does; arguments are those of `advance_rows` and `loop.advance_free`.
+    `run` is the thread's among `runs`: threads that share a row and its `work` have each its own state of it.
     """
     if done[row] >= 0:
-        done[row] = advance_free(runs, row, time[row], dt, steps, damping, work)
-        for _ in range(steps if done[row] < 0 else done[row]):
-            time[row] += dt
-    a = views(runs[row])
+        now = time[row]
+        made = advance_free(runs, run, now, dt, steps, damping, work)
+        for _ in range(steps if made < 0 else made):
+            now += dt
+        if work is not None:
+            sync_lanes()  # others still have to read where they began
+        done[row], time[row] = made, now
+    a = views(runs[run])
     for k in range(a.hulls.size):
         _observe(a.hulls[k], a.qpos, a.qvel, features[row, k])
 

@@ -5,6 +5,7 @@ a process of its own, since numba decides at its import whether to simulate: `NU
 """
 
 import sys
+import threading
 
 import numpy as np
 from numba import cuda
@@ -21,20 +22,34 @@ PARAMETERS = {"vrx": "a.stations.0.length", "marine": "a.hull.vessel.added_mass.
 
 def on_host(value):
     """The numpy array behind one of the simulator's."""
-    if isinstance(value, VesselWork):
-        return VesselWork(*map(on_host, value))
     inner = getattr(value, "_item", value)
     return getattr(inner, "_ary", inner)
 
 
 def run_as_compiled():
     """Let the simulator call the functions of a thread as they are compiled for the CPU."""
-    for name in ("advance_free_row", "command_row", "observe_row"):
+    for name in ("command_row", "observe_row"):
         setattr(kernels, name, in_the_simulator(getattr(kernels, name)))
+    kernels.advance_free_row = by_itself(kernels.advance_free_row)
 
 
 def in_the_simulator(function):
     return lambda *arguments: function(*map(on_host, arguments))
+
+
+def by_itself(function):
+    """The function of a thread that here has all lanes, and so copies of what threads of a row share."""
+
+    def advance(runs, run, row, time, done, features, dt, steps, damping, work):
+        shared = on_host(time), on_host(done)
+        own = [each.copy() for each in shared]
+        work = work and VesselWork(*(on_host(part).copy() for part in work))
+        threading.current_thread().syncthreads()
+        function(on_host(runs), run, row, *own, on_host(features), dt, steps, on_host(damping), work)
+        for whole, each in zip(shared, own, strict=True):
+            whole[row] = each[row]
+
+    return advance
 
 
 def compare(world, parameter):

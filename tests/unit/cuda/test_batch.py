@@ -31,6 +31,12 @@ def test_rows_in_the_simulator_are_those_of_the_cpu_to_the_bit():
     assert text == "invalid commands 'x': an array of numbers is needed"
 
 
+def test_threads_that_share_a_row_of_marine_may_run_in_any_order():
+    """All come to the numbers of the CPU, in whatever order they run between the places where they wait."""
+    lines = run(str(HERE / "simulated_lanes.py"), NUMBA_ENABLE_CUDASIM="1")
+    assert [line.partition(":")[0] for line in lines] == ["up", "down", "mixed"]
+
+
 def test_environments_in_the_simulator_are_those_of_the_cpu_to_the_bit():
     """Steps, rewards, facts and episodes of every problem in open water, and nothing waits for the device."""
     lines = run(str(HERE / "simulated_environment.py"), NUMBA_ENABLE_CUDASIM="1")
@@ -48,9 +54,9 @@ def test_the_check_runs_through_in_the_simulator():
     """Every line of it but the driver's: comparisons, speeds, environments with tensors, a graph, and verdicts."""
     lines = run(str(HERE / "simulated_check.py"), NUMBA_ENABLE_CUDASIM="1")
     verdicts = lines[next(number for number, line in enumerate(lines) if line.startswith("verdicts")) + 1 :]
-    assert len(verdicts) == 12
+    assert len(verdicts) == 13
     assert all(line.startswith("numba's simulator: ") for line in verdicts)
-    assert sum(line.endswith(": yes") for line in verdicts) == 8
+    assert sum(line.endswith(": yes") for line in verdicts) == 9
     wanted = [line.split("wanted ")[1].split(":")[0] for line in verdicts if "wanted" in line]
     assert wanted == ["1000", "100", "400", "20"]
 

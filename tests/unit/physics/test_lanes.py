@@ -2,6 +2,7 @@
 
 import json
 import math
+import operator
 import os
 import subprocess
 import sys
@@ -14,7 +15,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from llvmlite import ir
 
+from vrx_mj.physics import lanes
 from vrx_mj.physics.elementary import exponential, near_cosine_and_sine
 from vrx_mj.physics.lanes import (
     WIDTH,
@@ -96,6 +99,35 @@ def test_eight_sums_at_once_are_those_one_by_one_to_the_bit(a):
     out = np.zeros(WIDTH)
     sums_of(a, out)
     assert out.tolist() == [sum_of(row) for row in a]
+
+
+class InThreads(np.ndarray):
+    """A number of each of eight threads."""
+
+    type = ir.DoubleType()
+
+
+class ThreadsBuilder:
+    """Does at once what LLVM's builder would write, for eight threads."""
+
+    fadd = staticmethod(operator.add)
+    and_ = staticmethod(lambda one, other: one & other.constant)
+    icmp_unsigned = staticmethod(lambda _, one, other: one == other.constant)
+    select = staticmethod(lambda which, one, other: np.where(which, one, other).view(InThreads))
+
+
+@given(arrays(np.float64, (WIDTH, WIDTH), elements=st.floats(-1e6, 1e6)))
+def test_sums_of_threads_are_those_of_lanes_to_the_bit(a):
+    """Every thread has a sum of one value, and that of its own lane of eight sums."""
+    values = [row.view(InThreads) for row in a]
+    emit_total, emit_totals = (each._defn.__wrapped__ for each in (total, totals))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(lanes, "_thread", lambda _: np.arange(WIDTH))
+        patch.setattr(lanes, "_exchanged", lambda _, value, bit: value[np.arange(WIDTH) ^ bit])
+        sums = [emit_total(ThreadsBuilder, value).tolist() for value in values]
+        together = emit_totals(ThreadsBuilder, *values).tolist()
+    assert sums == [[sum_of(row)] * WIDTH for row in a]
+    assert together == [sum_of(row) for row in a]
 
 
 @numba.njit
