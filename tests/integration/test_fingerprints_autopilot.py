@@ -142,7 +142,8 @@ HELM, POD = thruster("helm", mapping=RUDDER, max_angle=0.5), thruster("pod", max
 SAIL = thruster("main", mapping=RUDDER, sail=object(), max_angle=1.2)
 FLEETS = {
     "pair": (LEFT, RIGHT, HELM), "screw": (SCREW, HELM), "pod": (POD,), "sail": (SAIL, HELM),
-    "all": (SCREW, SAIL, HELM), "two screws": (SCREW, LEFT, HELM), "no helm": (SCREW,), "two helms": (SCREW, HELM, POD), "none": (),
+    "all": (SCREW, SAIL, HELM), "two screws": (SCREW, LEFT, HELM), "no helm": (SCREW,),
+    "two helms": (SCREW, HELM, POD), "none": (),
 }  # fmt: skip
 
 
