@@ -4,16 +4,21 @@ Each scene is short and everyday: something is found, passed, waited for or give
 otherwise, or commands another force at one call, has another fingerprint; tests near the code say what is right.
 """
 
+import itertools
 import math
 from functools import partial
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from fingerprints import check
-from integration.scenes import CORNERS, LATERAL, STEERED, TWIN, Thing, Vessel, played
+from integration.scenes import CORNERS, LATERAL, STEERED, TWIN, Engine, Thing, Vessel, played
 from vrx_mj.control import (
+    SKIPPERS,
     BeaconFollower,
     BeaconSeeker,
+    Captain,
     Channel,
     Docking,
     Gymkhana,
@@ -22,6 +27,12 @@ from vrx_mj.control import (
     WaypointFollower,
     WildlifeCircler,
 )
+from vrx_mj.control.acoustics import MovingBeacon, StillBeacon, sound_bearing
+from vrx_mj.control.formation import SHAPES, Formation, apart_velocity, pursuit, slots
+from vrx_mj.control.guidance import Course, Spot, Track, round_corners
+from vrx_mj.control.navigation import Estimate, Navigator, TangentPlane
+from vrx_mj.control.pilot import Pilot
+from vrx_mj.control.velocity import WAMV, Allocation, Craft, VelocityKeeper, craft_of
 
 pytestmark = pytest.mark.filterwarnings("ignore:navigation by ground truth")
 RUNNING = {"state": "running"}
@@ -225,3 +236,182 @@ def test_landmarks_are_reported_once_by_kind_and_place(year):
     vessel = Vessel([*things, Thing(31.0, 2.0, "red", 0.7)], x=0.5, y=-0.3, heading=0.1, anchored=True)
     sent = check_scene(f"perception {year}", Perceiver(year), vessel, phases, 13.0, lambda c: c._sights, interval=0.5)
     assert len([one for one in sent if "task" in one]) > 2
+
+
+# Fleets
+
+
+def sailed(formation, vessels, seconds, *, orders=()):
+    """All that a formation commands and says of boats that follow it, with orders at times."""
+    orders, found = dict(orders), []
+    for number in range(round(seconds / 0.3)):
+        t = 0.3 * number
+        if number in orders:
+            orders[number](formation, vessels)
+        sent = formation({name: vessel.observation(t) for name, vessel in vessels.items()}, t)
+        found.append((sent, formation.off, formation.off_shape, formation.leader.along, formation.leader.speed))
+        for name, vessel in vessels.items():
+            vessel.move(sent.get(name, {"left": 60.0, "right": 75.0} if number < 110 else {}), 0.3)
+    return found
+
+
+def fleet():
+    return {
+        "a": Vessel(),
+        "b": Vessel(x=-9.0, y=6.0, heading=0.4),
+        "c": Vessel(x=-12.0, y=-8.0, heading=-1.0, thrusters=TWIN),
+    }
+
+
+def test_a_fleet_keeps_its_shape_along_a_path_and_takes_another():
+    formation = Formation([(0.0, 0.0), (30.0, 0.0), (34.0, 30.0)], shape="wedge", spacing=9.0, radius=12.0)
+    orders = {
+        60: lambda formation, _: formation.change("line"),
+        110: lambda one, _: one.change("column", 8.0, reassign=True),
+    }
+    check("scenes", "fleet", found=sailed(formation, fleet(), 60.0, orders=orders.items()))
+
+
+def test_a_fleet_follows_a_boat_that_turns_stops_and_is_left_by_another():
+    orders = {90: lambda _, vessels: vessels.pop("b")}
+    check(
+        "scenes",
+        "followers",
+        found=sailed(Formation(leader="a", spacing=8.0), fleet(), 50.0, orders=orders.items()),
+    )
+
+
+def seen(x=0.0, y=0.0, heading=0.0, vx=0.0, vy=0.0, turn=0.0):
+    c, s = math.cos(heading), math.sin(heading)
+    return Estimate(x, y, 0.1, heading, vx, vy, turn, np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]))
+
+
+def test_places_tracks_and_velocities_of_fleets_are_what_they_were():
+    random, found = np.random.default_rng(3), [slots(shape, n, 9.0) for shape in SHAPES for n in (1, 2, 3, 7)]
+    for _ in range(30):
+        x, y, vx, vy, course, bend, left = random.uniform(-6.0, 6.0, 7).tolist()
+        others = [seen(*random.uniform(-9.0, 9.0, 2), 0.0, *random.uniform(-1.0, 1.0, 2)) for _ in range(3)]
+        found.append(apart_velocity(seen(x, y), (0.3 * vx, 0.3 * vy), others, 7.0))
+        found.append(pursuit(seen(x, y), Spot(vx, vy, course, 0.02 * bend, left), 1.4, drift=(0.1, -0.2)))
+        way = round_corners([tuple(place) for place in random.uniform(-30.0, 30.0, (5, 2)).tolist()], 6.0 + bend)
+        track = Track(way)
+        track.shift(1.0, 2.0)
+        track.extend((70.0 + x, 7.0))
+        found += [way, track.length, [track.spot(along, left) for along in (-3.0, 0.0, 11.7, 40.0, track.length + 5.0)]]
+    check("scenes", "places", found=found)
+
+
+# Laws
+
+
+RUDDER = SimpleNamespace(
+    position=(-1.4, 0.0, 0.0), max_angle=0.6, force_slope=lambda speed, thrust: 30.0 * speed + 0.2 * thrust
+)
+CRAFTS = {
+    "wamv": WAMV,
+    "measured": Craft(
+        200.0, 300.0, 0.3, (10.0, 5.0), (40.0, 30.0), (90.0, 60.0), 3.0,
+        resistance=lambda speed: 3.0 * speed**3, thrust_share=lambda speed: max(0.0, 1.0 - 0.1 * speed),
+    ),
+    "rudders": Craft(
+        200.0, 300.0, -0.3, (10.0, 0.0), (40.0, 0.0), (90.0, 0.0), 3.0, rudders={"port": RUDDER, "starboard": RUDDER}
+    ),
+}  # fmt: skip
+ENGINES = {"lateral": LATERAL, "corners": CORNERS, "steered": STEERED, "twin": TWIN}
+
+
+@pytest.mark.parametrize("name", CRAFTS)
+def test_laws_command_for_any_motion_what_they_did(name):
+    """Pilots, keepers and allocations, of every layout, call by call."""
+    craft, random, found = CRAFTS[name], np.random.default_rng(4), []
+    for engines, hold in itertools.product(ENGINES.values(), (False, True)):
+        keeper, pilot, share = (
+            VelocityKeeper(engines, craft, hold_sway=hold),
+            Pilot(engines, craft),
+            Allocation(engines),
+        )
+        found += [keeper.top_speed, pilot.top_speed, pilot.braking, share.every_way]
+        for number in range(25):
+            t = 0.4 * number + (2.0 if number > 17 else 0.0)
+            now = seen(*random.uniform(-5.0, 5.0, 2), *random.uniform(-3.0, 3.0, 1), *random.uniform(-1.5, 1.5, 2), 0.2)
+            vx, vy, heading, turn = random.uniform(-2.0, 2.0, 4).tolist()
+            found += [keeper(now, t, vx, 0.3 * turn), share(300.0 * vx, 150.0 * vy, 200.0 * turn)]
+            if number % 3:
+                found.append(pilot.sail(now, t, vx, vy, heading, turn=0.1 * turn, acceleration=(0.1 * vy, 0.2)))
+            else:
+                found.append(pilot.hold(now, t, 4.0 * vx, 3.0 * vy, heading, speed=1.0 + vy if vy > 0.0 else math.inf))
+    check("scenes", f"laws of {name}".replace(" ", "_"), found=found)
+
+
+def test_a_boat_with_a_rudder_is_steered_by_its_bow_as_it_was():
+    screw = {"screw": Engine((-2.0, 0.0, 0.0))}
+    course, random, found = Course(screw, CRAFTS["rudders"], Allocation(screw)), np.random.default_rng(5), []
+    for scale in (0.01, 0.2, 1.5):
+        for _ in range(15):
+            now = seen(0.0, 0.0, *random.uniform(-3.0, 3.0, 1), *random.uniform(-scale, scale, 2), 0.1)
+            vx, vy, heading = random.uniform(-scale, scale, 3).tolist()
+            found += [
+                course.sail(now, vx, vy, heading),
+                course.hold(now, 6.0 * vx, 6.0 * vy, heading, speed=1.5, braking=0.2),
+            ]
+    check("scenes", "rudder", found=found)
+
+
+def test_a_hull_gives_its_craft():
+    hull = SimpleNamespace(
+        mass=100.0, inertia=50.0, added_mass=(5.0, 1.0, 1.0, 1.0, 1.0, 7.0), centre=(0.2, 0.0, 0.0), length=2.0,
+        rudders={},
+        drag_linear=(1.0, 2.0, 3.0, 4.0, 5.0, 6.0), drag_quadratic=(7.0, 8.0, 9.0, 10.0, 11.0, 12.0), resistance=(),
+    )  # fmt: skip
+    engine = SimpleNamespace(
+        direction=(1.0, 0.0, 0.0), max_forward=80.0, thrust_at=lambda speed, force: force - 4.0 * speed
+    )
+    craft = craft_of(SimpleNamespace(hull=hull, thrusters={"one": engine}))
+    found = [craft.mass, craft.inertia, craft.centre, craft.surge_drag, craft.sway_drag, craft.yaw_drag, craft.length]
+    check("scenes", "craft", found=found, share=[craft.thrust_share(speed) for speed in (0.0, 1.0, 3.0)])
+
+
+def test_beacons_are_where_they_were_sound_by_sound():
+    random, found = np.random.default_rng(6), []
+    still, moving = StillBeacon(), MovingBeacon()
+    for number in range(30):
+        sound = SimpleNamespace(
+            range=float(random.uniform(-1.0, 30.0)), bearing=float(random.uniform(-3.0, 3.0)),
+            elevation=float(random.uniform(-0.5, 0.5)) * (number % 4 > 0),
+        )  # fmt: skip
+        heard = sound_bearing(sound, seen(0.4 * number, 1.0, 0.1 * number, 0.5, -0.3), 0.05 * (number % 3))
+        still.update(heard)
+        moving.update(heard, 1.0 * number)
+        found += [vars(heard), still.place, moving.at(number + 0.4)]
+    check("scenes", "beacons", found=found)
+
+
+def test_a_boat_with_a_gps_is_where_it_was():
+    random, navigator, found = np.random.default_rng(7), Navigator(), []
+    for number in range(12):
+        angle = 0.3 * number
+        place = {"latitude": -33.7 + 1e-5 * number, "longitude": 150.6 + 2e-5 * number}
+        fix = SimpleNamespace(**place, altitude=1.3, velocity=random.normal(size=3))
+        turned = np.array([math.cos(angle), 0.02, -0.01, math.sin(angle)])
+        inertia = SimpleNamespace(orientation=turned, angular_velocity=random.normal(size=3))
+        mount = SimpleNamespace(position=(-0.85, 0.1, 1.3))
+        gps = SimpleNamespace(data=fix, time=number - 0.05, mount=mount)
+        boat = SimpleNamespace(sensors={"gps": gps, "imu": SimpleNamespace(data=inertia, time=number - 0.01)})
+        found += [navigator(boat, float(number)), navigator.report(3.0 * number, -2.0)]
+        found.append(navigator.place({"latitude": fix.latitude, "longitude": 150.601}))
+        found.append(navigator.direction({"yaw": 0.3, "yaw_from_east": 4.0 + number}))
+    planes = [TangentPlane(latitude, 179.9).geodetic(3000.0, -2000.0) for latitude in (-59.0, 0.0, 33.0)]
+    check("scenes", "navigation", found=found, planes=planes)
+
+
+def test_the_captain_hands_on_the_seed_of_the_run(monkeypatch):
+    class Seeded(StationKeeper):
+        def reset(self, seed):
+            super().reset(seed)
+            self.seed = seed
+
+    monkeypatch.setitem(SKIPPERS, "seeded", Seeded)
+    captain = Captain()
+    captain.reset(7)
+    captain({"wamv": Vessel().observation(0.0), "task": {"state": "initial", "type": "seeded"}}, 0.0)
+    assert captain._skipper.seed == 7
