@@ -234,18 +234,17 @@ class _Picture:
     def rgb(self) -> np.ndarray:
         width, height, focal = PICTURE
         picture = _water(width, height).copy()
-        seen = []
+        seen, upright = [], float(self.rotation[2, 2])
         for thing, _ in self.vessel.there(self.t):
-            ahead, left, _ = self.rotation.T @ ((thing.x, thing.y, 0.0) - self.here) - CAMERA
-            if ahead > 2.0:
-                seen.append((ahead, left, thing))
-        for ahead, left, thing in sorted(seen, key=lambda one: -one[0]):
+            ahead, left, base = (self.rotation.T @ ((thing.x, thing.y, 0.0) - self.here) - CAMERA).tolist()
+            if ahead > 2.0 and abs(left) < 1.2 * ahead:
+                seen.append((ahead, left, base, thing))
+        for ahead, left, base, thing in sorted(seen, key=lambda one: -one[0]):
+            scale = focal / ahead
+            column = width / 2 - scale * left
             for color, wide, bottom, top in thing.boxes(self.here, self.t):
-                lean = self.rotation.T @ np.array([[thing.x, thing.y, bottom], [thing.x, thing.y, top]]).T
-                low, high = (lean.T - self.rotation.T @ self.here - CAMERA)[:, 2]
-                column, scale = width / 2 - focal * left / ahead, focal / ahead
                 first, last = (max(0, round(column + way * wide / 2 * scale)) for way in (-1, 1))
-                start, end = (max(0, round(height / 2 - up * scale)) for up in (high, low))
+                start, end = (max(0, round(height / 2 - (base + upright * up) * scale)) for up in (top, bottom))
                 picture[start:end, first:last] = PAINT[color]
         return picture
 

@@ -103,12 +103,12 @@ def phases(t, told):
 
 
 def test_a_channel_is_crossed_gate_by_gate():
-    check_scene("channel", Channel(), Vessel(COURSE, heading=0.2), phases, 105.0, known)
+    check_scene("channel", Channel(), Vessel(COURSE, heading=0.2), phases, 72.0, known)
 
 
 def test_a_channel_is_searched_beyond_a_buoy_without_a_partner():
     things = [Thing(30.0, -4.0, "red"), Thing(42.0, 9.0, "green", 0.6, top=0.3), *shore(20.0, 20.0, 40.0)]
-    check_scene("channel, half", Channel(), Vessel(things), phases, 100.0, known)
+    check_scene("channel, half", Channel(), Vessel(things), phases, 64.0, known)
 
 
 def test_a_boat_that_gets_nowhere_gives_up_gate_by_gate_and_buoy_by_buoy():
@@ -121,7 +121,7 @@ def test_a_boat_that_gets_nowhere_gives_up_gate_by_gate_and_buoy_by_buoy():
 def test_who_is_past_a_gate_goes_around_it_and_a_chart_needs_no_camera():
     pairs = [COURSE[:2], COURSE[2:4]]
     chart = [({"x": red.x, "y": red.y}, {"x": other.x, "y": other.y}) for red, other in pairs]
-    check_scene("channel, chart", Channel(chart=chart), Vessel(COURSE, x=29.0, y=2.0), phases, 45.0, known)
+    check_scene("channel, chart", Channel(chart=chart), Vessel(COURSE, x=29.0, y=2.0), phases, 25.0, known)
     held = Vessel(COURSE[:6], x=10.0, y=2.0, anchored=True)
     check_scene("channel, chart, held", Channel(chart=chart), held, phases, 160.0, known, interval=1.5)
 
@@ -184,7 +184,7 @@ def test_without_lights_or_symbols_a_dock_is_explored_and_in_time_any_bay_is_tak
         Docking(),
         held,
         lambda t, _: RUNNING | {"symbol": "green_cross", "remaining_time": 165.0 - t},
-        120.0,
+        85.0,
         charted,
         interval=0.9,
     )
@@ -194,12 +194,12 @@ def test_without_lights_or_symbols_a_dock_is_explored_and_in_time_any_bay_is_tak
         "dock, found, held", Docking(), found, lambda t, told: lights(t, told) | there, 150.0, charted, interval=2.1
     )
     behind = Vessel(dock("", "", facing=0.0), x=4.0, y=-6.0)
-    check_scene("dock, from behind", Docking(), behind, RUNNING | {"symbol": "red_cross"}, 50.0, charted)
+    check_scene("dock, from behind", Docking(), behind, RUNNING | {"symbol": "red_cross"}, 36.0, charted)
 
 
 def test_a_boat_that_is_stuck_goes_astern_and_another_way():
     task = RUNNING | {"symbol": "blue_circle"}
-    check_scene("dock, stuck", Docking(), Vessel(dock(*SIGNS), anchored=True), task, 50.0, charted)
+    check_scene("dock, stuck", Docking(), Vessel(dock(*SIGNS), anchored=True), task, 34.0, charted)
 
 
 # What is heard
