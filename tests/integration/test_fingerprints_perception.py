@@ -165,6 +165,15 @@ def test_symbols_lamps_and_sequences_are_read_as_they_were():
             itertools.product(("red", "green", "blue", "yellow"), shapes), sizes
         )
     ]
+    for size, shape in itertools.product((7, 8, 9, 12), shapes):
+        window = symbol("red", shape, size)
+        rows, columns = np.nonzero(window[..., 1] < 60)
+        window[rows.min() - 1, columns.min()] = window[rows.max(), columns.max() + 1] = (
+            230,
+            0,
+            0,
+        )  # flecks at its sides
+        symbols += [symbol_in(window), symbol_in(window[:, : columns.max() - 1]), symbol_in(window[rows.min() + 2 :])]
     lamps, times = [], []
     for number in range(60):
         window = np.full((56, 14, 3), (120, 150, 170), np.uint8)
