@@ -255,9 +255,12 @@ def played(
     task: dict[str, Any] | Callable[[float, dict[str, Any]], dict[str, Any]],
     seconds: float,
     *,
-    interval: float = 0.3,
+    interval: float = 0.25,
 ) -> list[dict[str, Any]]:
-    """All that a controller commands in a scene, and the messages that it sends, call by call."""
+    """All that a controller commands in a scene, and the messages that it sends, call by call.
+
+    By default times are whole quarters of seconds, so that some lie just where a controller's patience ends.
+    """
     sent, told = list[dict[str, Any]](), dict[str, Any]()
     for number in range(round(seconds / interval)):
         t = number * interval

@@ -150,7 +150,7 @@ def test_maps_of_buoys_and_faces_take_and_forget_as_they_did():
     for look in range(40):
         there = places[look % 5 :: 2 + look % 3] + random.normal(0.0, 0.3, (len(places[look % 5 :: 2 + look % 3]), 2))
         clusters = [Cluster(*place, 0.4 + 0.12 * n, 0.0, 0.5 + 0.2 * n, 5) for n, place in enumerate(there.tolist())]
-        buoys.see((0.1 * look, 0.0), clusters, 0.9 * look)
+        buoys.see((0.1 * look, 0.0), clusters, 0.75 * look)
         walls.see((0.1 * look, 0.0), [Face(x, y, 0.8 * n) for n, (x, y) in enumerate(there.tolist())])
         found.append([[vars(each).copy() for each in kept] for kept in (buoys.buoys, buoys.sure, walls.faces)])
     check("perception", "maps", found=[*found[::4], found[-1]])

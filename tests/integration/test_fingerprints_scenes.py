@@ -70,7 +70,7 @@ def test_waypoints_are_visited_and_the_worst_again():
     waypoints = [{"x": x, "y": y, "yaw": yaw, "latitude": None} for x, y, yaw in places]
     task = RUNNING | {"waypoints": waypoints}
     check_scene("waypoints", WaypointFollower(), Vessel(wind=(25.0, -20.0)), task, 110.0, lambda c: c._least)
-    check_scene("waypoints, held", WaypointFollower(), Vessel(x=12.0, y=2.0, anchored=True), task, 60.0, interval=0.9)
+    check_scene("waypoints, held", WaypointFollower(), Vessel(x=12.0, y=2.0, anchored=True), task, 60.0, interval=0.75)
     assert WaypointFollower()({"wamv": Vessel().observation(0.0), "task": RUNNING}, 0.0) == {"wamv": {}}
 
 
@@ -103,19 +103,19 @@ def phases(t, told):
 
 
 def test_a_channel_is_crossed_gate_by_gate():
-    check_scene("channel", Channel(), Vessel(COURSE, heading=0.2), phases, 72.0, known)
+    check_scene("channel", Channel(), Vessel(COURSE, heading=0.2), phases, 66.0, known)
 
 
 def test_a_channel_is_searched_beyond_a_buoy_without_a_partner():
     things = [Thing(30.0, -4.0, "red"), Thing(42.0, 9.0, "green", 0.6, top=0.3), *shore(20.0, 20.0, 40.0)]
-    check_scene("channel, half", Channel(), Vessel(things), phases, 64.0, known)
+    check_scene("channel, half", Channel(), Vessel(things), phases, 56.0, known)
 
 
 def test_a_boat_that_gets_nowhere_gives_up_gate_by_gate_and_buoy_by_buoy():
     held = partial(Vessel, x=10.0, y=2.0, anchored=True)
-    check_scene("channel, held", Channel(), held(COURSE), phases, 105.0, known, interval=1.9)
+    check_scene("channel, held", Channel(), held(COURSE), phases, 105.0, known, interval=2.0)
     few = [Thing(21.0, -4.0, "red"), Thing(30.0, 5.0, "green", 0.6, top=0.3), Thing(45.0, -5.0, "green", 0.6, top=0.3)]
-    check_scene("channel, few, held", Channel(), held(few), phases, 110.0, known, interval=1.9)
+    check_scene("channel, few, held", Channel(), held(few), phases, 110.0, known, interval=2.0)
 
 
 def test_who_is_past_a_gate_goes_around_it_and_a_chart_needs_no_camera():
@@ -186,12 +186,12 @@ def test_without_lights_or_symbols_a_dock_is_explored_and_in_time_any_bay_is_tak
         lambda t, _: RUNNING | {"symbol": "green_cross", "remaining_time": 165.0 - t},
         85.0,
         charted,
-        interval=0.9,
+        interval=0.75,
     )
     found = Vessel(dock("red_cross", ""), x=14.0, y=-8.0, anchored=True)
     there = {"symbol": "red_cross"}
     check_scene(
-        "dock, found, held", Docking(), found, lambda t, told: lights(t, told) | there, 150.0, charted, interval=2.1
+        "dock, found, held", Docking(), found, lambda t, told: lights(t, told) | there, 150.0, charted, interval=2.0
     )
     behind = Vessel(dock("", "", facing=0.0), x=4.0, y=-6.0)
     check_scene("dock, from behind", Docking(), behind, RUNNING | {"symbol": "red_cross"}, 36.0, charted)
