@@ -207,6 +207,8 @@ def test_faces_and_towers_are_worth_a_look_where_they_were():
         buoy = Buoy(0.0, 0.0)
         buoy.votes.update({"red": first, "ball": second})
         faces.append(buoy.kind)
+    for unseen, looks, away in itertools.product((11.75, 12.0, 12.25), (1, 2, 5, 6), (17.9, 18.0, 18.1)):
+        faces.append(BuoyMap._is_gone(Buoy(away, 0.0, seen=looks), (0.0, 0.0), unseen))
     check("perception", "views of placards", found=found, faces=faces)
 
 
@@ -229,6 +231,9 @@ def test_a_tower_is_watched_until_its_lights_are_known_or_it_is_dark():
     blind = Tower((12.0, 0.0))
     assert lookout.watch(Moment(SimpleNamespace(sensors={}), estimate(), {}, 0.0), blind) is None
     assert blind.dark
+    lookout._map.faces = [Face(12.0, 0.0, math.pi, seen=9)]
+    lookout._read_signs(Moment(SimpleNamespace(sensors={}), estimate(), {}, 0.0))
+    assert lookout.faces[0].looks == 0
     check("perception", "towers", found=found)
 
 
