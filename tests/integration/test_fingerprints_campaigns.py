@@ -25,6 +25,7 @@ from vrx_mj.campaign.scores import (
     seedless_worlds,
 )
 from vrx_mj.campaign.vary import Quantity
+from vrx_mj.cli.campaign import print_tables
 
 GUSTS, CURRENT = Quantity("wind.mean", 1.0, 8.0, "m/s"), Quantity("current.speed", 0.0, 2.0)
 WHO = ("a:f", "b.c:f", "d:f")
@@ -180,3 +181,10 @@ def test_rows_of_the_store_are_what_they_were(now, tmp_path):
         store.add(*now.results.values())
         rows = [store._base.execute(f"select * from {name}").fetchall() for name in ("trials", "details")]
     check("campaigns", "store", rows=rows, first=json.dumps(rows[0][0]), events=rows[1][0][-1])
+
+
+def test_tables_on_the_screen_are_what_they_were(now, then, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "200")
+    print_tables(now, compare(now, then))
+    print_tables(campaign_of("results", [scored("a:f", "w", 0, 1.0)]), None)
+    check("campaigns", "tables", words=[line.split() for line in capsys.readouterr().out.splitlines()])
