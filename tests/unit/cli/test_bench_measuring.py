@@ -372,3 +372,28 @@ def test_processor_time_is_that_of_all_children_too(monkeypatch):
 )
 def test_figures_have_four_digits_or_all_before_the_point(value, text):
     assert bench._figure(value) == text
+
+
+def test_decisions_of_environments_are_the_median_of_seven_windows(monkeypatch):
+    """Rows of Gymnasium, under way with a tenth of the thrust."""
+
+    class Rows:
+        action_space = SimpleNamespace(sample=lambda: np.ones((3, 2), np.float32))
+
+        def __init__(self, *given):
+            asked.append(given)
+
+        def reset(self, seed):
+            asked.append(seed)
+
+    def decisions(_rows, actions, window):
+        asked.append((actions.tolist(), window))
+        return float(len(asked))
+
+    asked = []
+    monkeypatch.setitem(sys.modules, "vrx_mj.rl", SimpleNamespace(VectorEnv=Rows))
+    monkeypatch.setattr(bench.importlib.util, "find_spec", lambda name: name == "gymnasium" or None)
+    monkeypatch.setattr(bench, "decisions", decisions)
+    assert bench.environment_steps_per_second() == 6.0
+    assert asked[:2] == [("StationKeeping", 512), 0]
+    assert asked[2:] == [([[np.float32(0.1)] * 2] * 3, 0.5)] * 7
