@@ -224,3 +224,8 @@ def test_a_track_is_made_simpler_by_half_as_much_again_until_it_is_short_enough(
     saw = simplified_track([(float(x), top * (x % 2)) for x, top in enumerate(high)])
     assert len(saw) == pytest.approx(300, abs=15)
     assert min(x for x, y in saw[1:]) == pytest.approx(1100.0, abs=3.0)
+
+
+@pytest.mark.parametrize(("count", "kept"), [(400, 400), (401, 399)])
+def test_a_track_has_four_hundred_points_at_most(count, kept):
+    assert len(simplified_track([(float(x), 5.0 * (x % 2)) for x in range(count)])) == kept

@@ -1,10 +1,12 @@
 """One trial: how it ends, in words, by a controller's errors, the machine's and ours; and how long it may take."""
 
 import errno
+import itertools
 import math
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 import vrx_mj
@@ -210,3 +212,21 @@ def test_the_last_two_hundred_events_are_kept():
 def test_errors_of_disks_and_memory_are_the_machines(code):
     assert trials._is_the_machines(OSError(code, "odd"))
     assert not trials._is_the_machines(OSError(errno.ENOENT, "odd"))
+
+
+def test_rows_share_their_time_and_each_has_its_part(monkeypatch, sim, tmp_path):
+    """By a clock that goes on by one second with each look; the world is compiled where none is warm."""
+    asked = []
+    monkeypatch.setattr("vrx_mj.campaign.results.TIME_UP", 12)
+    monkeypatch.setattr(trials, "time", SimpleNamespace(perf_counter=itertools.count().__next__))
+    monkeypatch.setattr(trials, "load_own_controller", lambda *_: lambda features, _t: np.zeros((len(features), 2)))
+    monkeypatch.setattr(trials, "compile_world", lambda name, fleet: asked.append((name, fleet)))
+    monkeypatch.setattr(trials, "Simulation", lambda _world: sim)
+    own = [Trial(Cell("crew:rows", "bay", seed), duration=0.5, fleet="two") for seed in range(4)]
+    shared = [0.0] * 4
+    results = trials.sail_rows(own, Stopwatch(shared), None)
+    assert [(result.cell.seed, result.wall_time, result.sim_time) for result in results] == [
+        (seed, 0.25, pytest.approx(0.5)) for seed in range(4)
+    ]
+    assert asked == [("bay", "two")]
+    assert (shared[ALLOWED], shared[REACHED]) == (60.5, pytest.approx(0.4))
