@@ -94,7 +94,7 @@ def printed(capsys, *lines):
 
 def test_parts_are_what_they_were(monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "160")
-    check("commands", "parts", said=printed(capsys, "robot parts", "robot parts wamv_camera --rules 2023"))
+    check("commands", "parts", said=printed(capsys, "robot parts", "robot parts wamv_camera --rules jazzy"))
 
 
 PARTS = {
@@ -108,5 +108,5 @@ def test_verdicts_are_what_they_were(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for name, text in PARTS.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
-    files = ("--components c.yaml", "--thrusters t.yaml", "--components c.yaml --thrusters t.yaml --rules 2023")
+    files = ("--components c.yaml", "--thrusters t.yaml", "--components c.yaml --thrusters t.yaml --rules jazzy")
     check("commands", "verdicts", said=printed(capsys, *(f"robot check {words}" for words in files)))

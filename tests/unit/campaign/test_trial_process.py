@@ -284,20 +284,38 @@ class EndedError(Exception):
     """Stands for the end of the process."""
 
 
+class State:
+    """Of a process in which something is left after some of its trials, counted from 1."""
+
+    left, log = frozenset(), None
+
+    def restore(self):
+        self.log.append("restore")
+        return self.log.count("restore") not in self.left
+
+
 @pytest.fixture
-def inside(monkeypatch, tmp_path, log):
-    """Run what the process does, in this one, with what trials come out as; what it sends."""
+def noted(monkeypatch, tmp_path, log):
+    """What a process does to itself is written down instead."""
 
     def leave(code):
         log.append(f"exit {code}")
         raise EndedError
 
-    class State:
-        left = frozenset()
+    State.left, State.log = frozenset(), log
+    monkeypatch.setattr(os, "_exit", leave)
+    monkeypatch.setattr(os, "setsid", lambda: log.append("setsid"))
+    monkeypatch.setattr(signal, "signal", lambda number, how: log.append(f"{number.name} {how.name}"))
+    monkeypatch.setattr(faulthandler, "register", lambda number, file, chain: log.append((number.name, file, chain)))
+    for name in ("die_with_parent", "adopt_orphans"):
+        monkeypatch.setattr(process, name, lambda name=name: log.append(name))
+    monkeypatch.setattr(process, "log_into", lambda file: log.append(file.relative_to(tmp_path).as_posix()))
+    monkeypatch.setattr(process, "ProcessState", State)
 
-        def restore(self):
-            log.append("restore")
-            return log.count("restore") not in self.left
+
+@pytest.fixture
+def inside(noted, monkeypatch, tmp_path, log):
+    """Run what the process does, in this one, with what trials come out as; what it sends."""
 
     def sail(trial, folder, _stopwatch, warm):
         warnings.warn(f"in {warm}", UserWarning, stacklevel=1)
@@ -309,14 +327,6 @@ def inside(monkeypatch, tmp_path, log):
         return RESULTS[: len(trials)]
 
     outcomes = dict(enumerate(RESULTS))
-    monkeypatch.setattr(os, "_exit", leave)
-    monkeypatch.setattr(os, "setsid", lambda: log.append("setsid"))
-    monkeypatch.setattr(signal, "signal", lambda number, how: log.append(f"{number.name} {how.name}"))
-    monkeypatch.setattr(faulthandler, "register", lambda number, file, chain: log.append((number.name, file, chain)))
-    for name in ("die_with_parent", "adopt_orphans"):
-        monkeypatch.setattr(process, name, lambda name=name: log.append(name))
-    monkeypatch.setattr(process, "log_into", lambda file: log.append(file.relative_to(tmp_path).as_posix()))
-    monkeypatch.setattr(process, "ProcessState", State)
     monkeypatch.setattr(process, "sail", sail)
     monkeypatch.setattr(process, "sail_rows", sail_rows)
     note = SimpleNamespace(message="shallow", category=UserWarning, filename="bay.yaml", lineno=1)
