@@ -228,5 +228,6 @@ def test_rows_share_their_time_and_each_has_its_part(monkeypatch, sim, tmp_path)
     assert [(result.cell.seed, result.wall_time, result.sim_time) for result in results] == [
         (seed, 0.25, pytest.approx(0.5)) for seed in range(4)
     ]
-    assert asked == [("bay", "two")]
+    assert len(trials.sail_rows(own[:1], Stopwatch(shared), None)) == 1
+    assert asked == [("bay", "two")] * 2
     assert (shared[ALLOWED], shared[REACHED]) == (60.5, pytest.approx(0.4))

@@ -13,7 +13,7 @@ import pytest
 import typer
 
 from vrx_mj import cli as package
-from vrx_mj.cli import bench, bench_fleet, checks, commands, nodes, program, robot
+from vrx_mj.cli import bench, bench_fleet, checks, commands, doctor, nodes, program, robot
 from vrx_mj.cli.options import above_zero, named_values, put_first
 from vrx_mj.errors import CommandError, DivergedError, VrxError
 
@@ -404,3 +404,88 @@ def test_faults_of_the_validation_are_lines(error, lines):
         SimpleNamespace(inside=True, state="inside"),
     ]
     assert checks._faults(SimpleNamespace(error=error, rows=rows, case=SimpleNamespace(name="a"))) == lines
+
+
+def test_commands_with_commands_show_their_help_alone(cli):
+    said, asked = cli("robot"), cli("robot", "--help")
+    assert (said.code, said.out, said.err) == (0, asked.out, "")
+    assert "Commands:" in said.out
+
+
+@pytest.mark.parametrize(
+    ("came", "code", "ended"), [([], 0, 0), ([], 130, 130), ([15], 130, 143), ([15], 0, 0), ([2], 2, 2)]
+)
+def test_a_command_that_a_signal_ends_has_its_code(monkeypatch, came, code, ended):
+    froze = []
+    monkeypatch.setattr(program, "ended_by_signals", lambda: nullcontext(came))
+    monkeypatch.setattr(program, "_code", lambda _command, words: froze.append(words) or code)
+    monkeypatch.setattr(program.gc, "freeze", lambda: froze.append("freeze"))
+    monkeypatch.setattr(program.warnings, "showwarning", None)
+    monkeypatch.setattr(sys, "argv", ["vrx-mj", "serve", "bay", "--rosbridge"])
+    with pytest.raises(SystemExit) as end:
+        program.main()
+    assert (end.value.code, froze) == (ended, [["serve", "bay", "--rosbridge=9090"], "freeze"])
+
+
+def test_programs_of_ardupilot_are_found_or_not_needed():
+    none = doctor.ardupilot_row(lambda _name: None)
+    assert (none.found, none.works) == ("not on PATH", "not needed")
+    both = doctor.ardupilot_row(lambda name: f"/bin/{name}")
+    assert (both.found, both.works) == ("/bin/ardurover, /bin/sim_vehicle.py", "yes")
+    assert doctor.ardupilot_row(lambda name: "/a" if name == "ardurover" else None).found == "/a"
+
+
+@pytest.mark.parametrize("node", ["pinger_visualization.py", "key2thrust_angle.py"])
+def test_nodes_that_serve_does_wait_for_the_end(monkeypatch, capsys, node):
+    waits = []
+    monkeypatch.setattr(nodes, "await_end", lambda: waits.append("end"))
+    assert nodes.NODES[node]([], Path()) == []
+    said = "nothing to do: vrx-mj serve shows the beacon, and vrx-mj teleop sets thrust and angles\n"
+    assert (waits, capsys.readouterr().err) == (["end"], said)
+
+
+class Served:
+    """A client of a served world that answers everything, and has parameters."""
+
+    def __init__(self, _name):
+        self.asked = asked
+        self.parameters = {"robot_description": "<robot name='cat'/>", "requested": "a.yaml", "world_target": "out"}
+
+    def parameter(self, name):
+        return self.parameters[name]
+
+    def wait(self, service, patience):
+        asked.append((service, patience))
+
+    def call(self, service, kind, request):
+        asked.append((service, kind, getattr(request, "model_name", None)))
+        return SimpleNamespace(success=True, status_message=f"{service.rpartition('/')[2]} done")
+
+
+asked = []
+
+
+def test_a_bound_model_is_deleted_at_the_end(monkeypatch, capsys):
+    asked.clear()
+    monkeypatch.setattr("vrx_mj.ros.ros1.tcpros.Client", Served)
+    monkeypatch.setattr(nodes, "await_end", lambda: asked.append("end"))
+    place = ["-wait", "dog", "-J", "a", "1", "-gazebo_namespace", "/sea/"]
+    words = ["-urdf", "-param", "robot_description", "-model", "cat", "-b", "-unpause", *place]
+    assert nodes.spawn_model(words, Path()) == []
+    assert asked == [
+        ("/sea/spawn_urdf_model", 300.0), ("/sea/get_model_state", "gazebo_msgs/GetModelState", "dog"),
+        ("/sea/spawn_urdf_model", "gazebo_msgs/SpawnModel", "cat"),
+        ("/sea/unpause_physics", "std_srvs/Empty", None), "end",
+        ("/sea/delete_model", "gazebo_msgs/DeleteModel", "cat"),
+    ]  # fmt: skip
+    said = capsys.readouterr().err
+    assert said.splitlines() == [
+        "-J a 1 is ignored: joints start at 0", "spawn_urdf_model done", "delete_model done"
+    ]  # fmt: skip
+
+
+def test_generators_without_arguments_take_parameters(monkeypatch):
+    monkeypatch.setattr("vrx_mj.ros.ros1.tcpros.Client", Served)
+    assert nodes.NODES["generate_worlds.py"]([], Path("/home")) == [
+        ["worlds", "generate", "/home/a.yaml", "-o", "/home/out"]
+    ]
