@@ -23,7 +23,7 @@ LAPSED = {
     "wave-pressure": {"_SAMPLES": 2, "_BOATS": pressures._BOATS[1:2]},
     "swell-adrift": {"_ADRIFT": drifting._ADRIFT[1:3]},
     "current-random": {"_RECORD": 60.0},
-    "vrx-runs": {"_RUNS": ("zigzag_20",)},
+    "vrx-runs": {"_RUNS": ("zigzag_20", "turn_L100_R50")},
     "rough-treatment": {"_ROUGH": dict([*runs._ROUGH.items()][3:4])},
 }  # fmt: skip
 """Cases in short, with what is left of their constants."""
