@@ -1,11 +1,20 @@
 """What each case of the validation report finds: the numbers that it found before."""
 
+import itertools
+import math
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 
 from fingerprints import check
+from vrx_mj.draw.chart import Chart, Series
+from vrx_mj.errors import VrxError
 from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.validation import report
 from vrx_mj.validation.cases import drifting, hulls, mean_forces, pressures, propellers, runs, waves, winds
 from vrx_mj.validation.report import CASES, run_cases
+from vrx_mj.validation.rows import EVIDENCE, Band, Case, Comparison
 
 QUICK = {
     "barge-afloat", "barges", "beam-wind", "contacts", "froude-krylov", "hemisphere", "heron-speed", "hull-resistance",
@@ -90,3 +99,66 @@ def test_so_do_those_that_take_longest():
     for case in CASES:
         if case.name in LONG:
             check_case(case)
+
+
+JUDGED = (
+    (100.0, 100.9, "1 %"), (100.0, 130.0, "1 %"), (0.0, 0.04, "0.05"), (None, 2.5, "1 to 3"), (None, 4.5, "1 to 3"),
+    (-2.0, -2.03, "5 %"), (7.0, 7.0, "0"), (1.0, math.nan, "1 %"), (123456.0, 123457.0, "1 %"), (None, 0.5, "0 to 2"),
+)  # fmt: skip
+"""References, our values and bands."""
+
+
+def judged():
+    """Rows of all kinds of bands and states, and a chart."""
+    for number, (reference, ours, width) in enumerate(JUDGED):
+        band = Band(EVIDENCE[number % 5], width, "120 to 140" if reference == 100.0 else "", "it is known")
+        yield Comparison(f"row {number}", "m", reference, ours, theory=1.5, band=band)
+    yield Chart("a chart", "x", "y", [Series("ours", [0.0, 1.0], [0.0, 2.0])])
+
+
+def failing():
+    raise VrxError("no water")
+
+
+def test_a_report_shows_what_it_showed(monkeypatch, tmp_path):
+    """Its pages and its JSON, without the machine and the time that it took."""
+    charts = []
+    clock = itertools.count(0.0, 0.5)
+    monkeypatch.setattr(report, "_machine", lambda: {"python": "3"})
+    monkeypatch.setattr(report, "time", SimpleNamespace(monotonic=clock.__next__))
+    monkeypatch.setitem(report._environment().globals, "chart", lambda chart: charts.append(chart) or "")
+    cases = [Case(name, f"case {name}", "a tank", "a book", ("a.py",), run) for name, run in
+             (("good", judged), ("bad", failing))]  # fmt: skip
+    begun = []
+    results = run_cases(cases, lambda number, case: begun.append((number, case.name)))
+    assert report.write_report(tmp_path, results, cases[:1]) == tmp_path / "index.html"
+    page, text = ((tmp_path / name).read_text(encoding="utf-8") for name in ("index.html", "results.json"))
+    assert text.endswith("\n}\n")
+    found = report.counts(results), report.evidence(results), [one.state for one in results], begun
+    check("validation", "report", page=page.splitlines(), text=text.splitlines(), charts=charts, found=found)
+
+
+def test_tracks_of_the_moored_sphere_are_taken_twenty_times_a_second(monkeypatch):
+    asked = []
+    sim = SimpleNamespace(set_object=lambda name, **how: asked.append((name, how)))
+    found = np.arange(4.0) + 7.0, np.zeros((4, 2))
+    monkeypatch.setattr(drifting, "record", lambda sim, _read, count, part: asked.append((count, part)) or found)
+    times, places = drifting._track(sim, (3.0, 0.5), 40.0)
+    assert (times.tolist(), places.shape) == ([0.0, 1.0, 2.0, 3.0], (4, 2))
+    start = {"pose": (3.0, 0.5, -5.0, 0.0, 0.0, 0.0), "velocity": [0.0] * 6}
+    assert asked == [("sphere", start), (800, 0.05)]
+
+
+@pytest.mark.parametrize(("period", "decay"), [(2.0, 0.1), (5.0, 0.0)])
+def test_swings_have_the_period_and_decay_of_their_closed_form(period, decay):
+    times = np.arange(0.0, 40.0, 0.01)
+    offs = np.exp(-decay * times) * np.cos(2.0 * np.pi / period * times + 0.3)
+    found, ratio = drifting._swing(times, offs)
+    assert (found, ratio) == (pytest.approx(period, rel=1e-5), pytest.approx(math.exp(-0.5 * decay * period), rel=1e-3))
+
+
+def test_extremes_are_those_of_parabolas():
+    times = np.arange(0.0, 6.0, 0.01)
+    found = drifting._extremes(times, 3.0 + np.cos(2.0 * times - 0.5))
+    expected = [(0.25 + number * np.pi / 2.0, 3.0 + (-1.0) ** number) for number in range(4)]
+    assert np.array(found) == pytest.approx(np.array(expected), abs=1e-5)
