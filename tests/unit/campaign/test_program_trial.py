@@ -3,7 +3,6 @@
 import math
 import os
 import signal
-import socket
 from contextlib import contextmanager
 from io import StringIO
 from types import SimpleNamespace
@@ -257,13 +256,3 @@ def test_without_a_free_instance_it_says_so(monkeypatch):
     monkeypatch.setattr(program_trial, "ArduPilot", listen)
     with pytest.raises(NetworkError, match=r"^no ports are free for ArduPilot's SITL of instances up to 249$"):
         program_trial._autopilots(Boats(), None)
-
-
-def test_ports_whose_tcp_or_udp_twin_is_taken_are_passed_over(monkeypatch):
-    with socket.socket() as tcp, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as udp:
-        tcp.bind(("127.0.0.1", 0))
-        first = tcp.getsockname()[1]
-        udp.bind(("127.0.0.1", first + 1))
-        monkeypatch.setattr(program_trial, "PORTS", range(first, first + 9))
-        with program_trial.claimed_port() as port:
-            assert port > first + 1
