@@ -397,3 +397,10 @@ def test_decisions_of_environments_are_the_median_of_seven_windows(monkeypatch):
     assert bench.environment_steps_per_second() == 6.0
     assert asked[:2] == [("StationKeeping", 512), 0]
     assert asked[2:] == [([[np.float32(0.1)] * 2] * 3, 0.5)] * 7
+
+
+def test_calls_are_counted_in_a_window_over_the_time_that_they_took(clock):
+    """A call of 0.3 s begins as long as half a second is not over: two take 0.6 s."""
+    call = taking(clock, 0.3)
+    assert bench.per_second(call, 0.5) == pytest.approx(2.0 / 0.6)
+    assert len(call.calls) == 2
