@@ -160,6 +160,7 @@ def test_scans_are_counted_of_a_lidar_among_buoys(clock, monkeypatch):
         sim.visual_model, "lidar_link", 1, (0.7, 0.0, 1.8), np.eye(3).tolist()
     )  # fmt: skip
     assert made[1:] == [(1, number) for number in range(102)]
+    assert {tuple(buoy["pose"][2:]) for buoy in world["objects"]} == {(0, 0, 0, 0)}
     spots = [np.hypot(*buoy["pose"][:2]) for buoy in world["objects"]]
     assert spots == pytest.approx([15.0 + 85.0 / 6 * number for number in range(6)])
     angles = [np.arctan2(buoy["pose"][1], buoy["pose"][0]) for buoy in world["objects"][:2]]
