@@ -133,3 +133,56 @@ def test_rows_are_sailed_together_unless_their_world_has_a_task(tmp_path, monkey
     assert [result.cell for result in sailor.run(trials)] == [trial.cell for trial in trials]
     in_turn = [(2, False), (1, False), (1, False)]  # whether the second comes out alike alone; then the third
     assert sailed == ([(3, True)] if task is None else in_turn)
+
+
+def test_how_many_trials_are_under_way_is_told_as_it_changes(tmp_path):
+    told, engine = [], Workers(lambda *_: "finished", 2)
+    engine.ready = list
+    list(run_trials(TRIALS[:4], tmp_path, engine, running=told.append))
+    assert told == [0, 2, 1, 1]  # one chunk of two trials, then single ones
+    assert list(run_trials([], tmp_path, None)) == []
+
+
+def test_long_trials_are_handed_out_by_64_at_most(tmp_path, monkeypatch):
+    engine, take = Workers(lambda *_: "finished", 1), Worker.take
+    monkeypatch.setattr(Worker, "take", lambda own: (found := take(own)) and replace(found, wall_time=0.1))
+    trials = [replace(TRIALS[0], cell=replace(TRIALS[0].cell, seed=seed)) for seed in range(150)]
+    list(run_trials(trials, tmp_path, engine))
+    assert engine.chunks == [64, 64, 22]
+
+
+def test_rows_of_a_worker_that_ended_are_sailed_alone(tmp_path, monkeypatch):
+    handed, submit = [], Worker.submit
+    monkeypatch.setattr(Worker, "submit", lambda own, chunk: handed.append([*chunk]) or submit(own, chunk))
+    trials = [replace(trial, rows=True) for trial in TRIALS[:3]]
+    engine = Workers(lambda seed, begun: "worker" if (seed, begun) == (1, 1) else "finished", 1)
+    list(run_trials(trials, tmp_path, engine))
+    assert [[(trial.cell.seed, trial.rows) for trial in chunk] for chunk in handed] == [
+        [(0, True), (1, True), (2, True)], [(1, False), (2, False)],
+    ]  # fmt: skip
+
+
+def test_a_folder_that_is_full_ends_the_campaign(tmp_path, monkeypatch):
+    wrote = []
+
+    def write_files(_folder, files, _what):
+        wrote.extend((name, len(text)) for name, text in files.items())
+        raise VrxError("cannot write the campaign: No space left on device")
+
+    monkeypatch.setattr("vrx_mj.campaign.engines.write_files", write_files)
+    with pytest.raises(VrxError, match=r"^cannot write .* left on device; once it can be written, the same command"):
+        list(run_trials(TRIALS, tmp_path, Workers(lambda *_: "lost")))
+    assert wrote == [(".probe", 65536)]
+
+
+@pytest.mark.parametrize("jobs", [1, 4])
+def test_as_many_workers_may_fail_to_start_as_there_are_and_three(tmp_path, monkeypatch, jobs):
+    def take(_worker):
+        raise WorkerLostError("its worker ended with exit code 1")
+
+    monkeypatch.setattr(Worker, "take", take)
+    engine = Workers(None, jobs)
+    engine.ready = lambda workers: workers[:1]
+    with pytest.raises(VrxError, match=r"^no worker starts: its worker ended with exit code 1$"):
+        list(run_trials(TRIALS, tmp_path, engine))
+    assert engine.started == 2 * jobs + 3

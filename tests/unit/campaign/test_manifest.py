@@ -4,7 +4,7 @@ from dataclasses import replace
 import pytest
 
 from campaigns import failed, scored
-from vrx_mj.campaign.manifest import begin, read_campaign
+from vrx_mj.campaign.manifest import _option_text, begin, read_campaign
 from vrx_mj.campaign.plan import Cell, Plan, Serving
 from vrx_mj.campaign.results import ResultStore, write_json
 from vrx_mj.errors import CommandError, RecordError
@@ -148,3 +148,11 @@ def test_what_is_no_campaign_cannot_be_read(folder):
     write_json(folder / "campaign.json", {"format": 1})
     with pytest.raises(RecordError, match=r"campaign\.json is damaged: 'controllers'$"):
         read_campaign(folder)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(None, "not given"), ((), "not given"), (("a", "b"), "a b"), (True, "on"), (False, "off"), (4.5, "4.5")],
+)
+def test_an_option_that_changed_is_told_as_it_was_given(value, text):
+    assert _option_text(value) == text

@@ -1,3 +1,4 @@
+import math
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
@@ -7,7 +8,20 @@ import numpy as np
 import pytest
 
 from campaigns import campaign_of, failed, scored
-from vrx_mj.campaign.page import _BEST, _MIDDLE, _WORST, LivePage, _color, page
+from vrx_mj.campaign.page import (
+    _BEST,
+    _MIDDLE,
+    _WORST,
+    SHAPES,
+    LivePage,
+    _breakable,
+    _color,
+    _frame,
+    _number,
+    _track,
+    _view,
+    page,
+)
 from vrx_mj.campaign.results import Result, ResultStore, sketch_file, write_json
 from vrx_mj.campaign.scores import compare
 from vrx_mj.campaign.vary import Quantity
@@ -218,3 +232,48 @@ def test_colours_of_scores_go_from_the_worst_over_the_middle_to_the_best_in_stra
         found = _color(score, scores, better).removeprefix("#")
         assert list(bytes.fromhex(found)) == pytest.approx(list(color), abs=0.5)
     assert _color(3.0, (3.0, 3.0), better) == ""
+
+
+@pytest.mark.parametrize(
+    ("spots", "frame"),
+    [
+        ([(5.0, 7.0)], (-10.0, -3.0, 20.0, 17.0)),  # 30 m x 20 m at least
+        ([(0.0, 0.0), (100.0, 0.0)], (-9.0, -118.0 / 3.0, 109.0, 118.0 / 3.0)),  # 112 m and 6 m, half as much again
+        ([(0.0, 0.0), (50.0, 100.0)], (-63.5, -9.0, 113.5, 109.0)),
+        ([(0.0, 0.0), (1.0, 20.0)], (-20.8, -4.2, 21.8, 24.2)),
+    ],
+)
+def test_a_frame_is_half_as_wide_again_as_high_round_its_places(spots, frame):
+    assert _frame(spots) == pytest.approx(frame)
+
+
+def test_a_track_has_thirty_points_at_most_and_its_last():
+    for count, shown in ((29, 29), (30, 16), (59, 30), (60, 21), (400, 30)):
+        line = [[float(i), 0.0] for i in range(count)]
+        points = _track(scored("a:f", "w", 0, 1.0), line, ["b:f", "a:f"])["points"]
+        assert (len(points), points[-1]) == (shown, line[-1])
+
+
+def test_things_widen_a_map_within_forty_metres_of_what_matters():
+    empty = {key: [] for key in sketch()} | {"boats": [{"x": 0.0, "y": 0.0}]}
+    for x, wide in ((39.5, True), (40.0, False), (40.5, False)):
+        west, _, east, _ = _view(empty | {"objects": [{"spot": [x, 0.0]}]}, [])
+        assert (east - west > 31.0) is wide
+
+
+def test_numbers_have_three_digits_and_names_may_break():
+    assert [_number(value) for value in (None, math.nan, 1234.5, 0.12345)] == ["–", "–", "1.23e+03", "0.123"]
+    assert _number(0.12345, 2) == "0.12"
+    assert _breakable("a/b_c.d:<e>") == "a/<wbr>b_<wbr>c.<wbr>d:<wbr>&lt;e&gt;"
+
+
+def test_shapes_of_a_map_are_about_their_place():
+    assert SHAPES["cross"](2.0, 3.0, 0.5) == "M1.5 -2.5L2.5 -3.5M1.5 -3.5L2.5 -2.5"  # y of an SVG points down
+    assert SHAPES["ahead"](2.0, 3.0, math.pi / 2, 4.0) == pytest.approx((2.0, 7.0))
+    square = np.array(SHAPES["square"](2.0, 3.0, 0.5, 0.3)) - (2.0, 3.0)
+    corner = math.sqrt(0.5) * np.exp(1j * (0.3 + np.pi / 4 * np.array([-3, -1, 1, 3])))
+    assert square @ (1.0, 1.0j) == pytest.approx(corner)
+    tip, *barbs = np.array(SHAPES["arrow"](2.0, 3.0, 0.3, 2.0)) - (2.0, 3.0)
+    assert tip @ (1.0, 1.0j) == pytest.approx(2.0 * np.exp(0.3j))
+    for barb, turn in zip(barbs, (2.55, -2.55), strict=True):
+        assert barb @ (1.0, 1.0j) == pytest.approx(1.6 * np.exp(1j * (0.3 + turn)))

@@ -6,13 +6,16 @@ import subprocess
 import sys
 from dataclasses import asdict, replace
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from shapely import LineString
 
 from campaigns import failed, scored
+from vrx_mj.campaign import results
 from vrx_mj.campaign.plan import Cell
 from vrx_mj.campaign.results import (
     MOST,
@@ -58,6 +61,7 @@ def test_an_empty_file_is_no_database_yet(tmp_path):
 WRITER = """
 import os, signal, sys
 from pathlib import Path
+from types import SimpleNamespace
 from campaigns import scored
 from vrx_mj.campaign.results import ResultStore
 with ResultStore(Path(sys.argv[1]), writes=True) as store:
@@ -144,3 +148,84 @@ def test_a_straight_way_needs_two_points():
 def test_a_long_curly_way_keeps_few_points():
     places = [(i * math.cos(i), i * math.sin(i)) for i in range(1500)]
     assert 2 < len(simplified_track(places)) <= MOST
+
+
+def test_the_table_has_a_column_for_each_thing_in_this_order(tmp_path):
+    write_csv(tmp_path / "results.csv", [replace(GOOD, parameters={"wind.mean": 3.5}, wall_time=2.5), BAD])
+    lines = (tmp_path / "results.csv").read_text(encoding="utf-8").split("\n")
+    head = (
+        "controller,world,seed,state,task,task_name,score,unit,better,timed_out,collisions,elapsed,sim_time,wall_time,"
+        "state_sha256,poses_sha256,world_sha256,platform,recording,error"
+    )
+    assert lines == [
+        f"{head},wind.mean",
+        f'a:f,w/1,3,finished,{"stationkeeping," * 2}1.25,m,lower,True,0,300.0,320.0,2.5,"{GOOD.state_sha256}",,,,,,3.5',
+        'a:f,w/1,4,failed,,,,,,,,,0.0,0.0,,,,,,"it said ""no, 测试""', 'and sank",', "",
+    ]  # fmt: skip
+    write_csv(tmp_path / "results.csv", [])
+    assert (tmp_path / "results.csv").read_text(encoding="utf-8") == f"{head}\n"
+
+
+def test_who_writes_is_waited_for_a_minute_and_readers_do_not_wait(tmp_path, monkeypatch):
+    asked, connect = [], sqlite3.connect
+    monkeypatch.setattr(sqlite3, "connect", lambda file, **how: asked.append(how["timeout"]) or connect(file, **how))
+    with ResultStore(tmp_path, writes=True) as store:
+        settings = [store._base.execute(f"pragma {name}").fetchone() for name in ("journal_mode", "synchronous")]
+        assert settings == [("wal",), (1,)]
+        with ResultStore(tmp_path) as reader:
+            assert list(reader.results()) == []
+        assert store._base.execute("pragma journal_mode").fetchone() == ("wal",)
+        store.add(GOOD)
+    assert asked == [60.0, 60.0]
+    with sqlite3.connect(tmp_path / "results.sqlite", timeout=1.0) as base:
+        assert base.execute("pragma journal_mode").fetchone() == ("delete",)
+    base.close()
+
+
+@pytest.mark.parametrize("kind", ["score", "version"])
+def test_results_of_version_0_1_that_cannot_be_read_are_missing_or_refused(tmp_path, kind):
+    file = tmp_path / GOOD.cell.folder / "result.json"
+    if kind == "score":
+        write_json(file, {"format": 1, "task": 3, "error": None})
+        assert read_results(tmp_path, [GOOD.cell]) == {}
+        write_json(file, {"format": 1, "cell": asdict(GOOD.cell), "task": None, "error": "it sank"})
+        assert read_results(tmp_path, [GOOD.cell])[GOOD.cell].state == "failed"
+        write_json(file, {"format": 1, "cell": asdict(GOOD.cell), "task": None, "error": None})
+        assert read_results(tmp_path, [GOOD.cell])[GOOD.cell].state == "finished"
+    else:
+        write_json(file, {"format": 2})
+        with pytest.raises(RecordError, match=r"result\.json has format 2; this version reads 1$"):
+            read_results(tmp_path, [GOOD.cell])
+
+
+@pytest.mark.parametrize("asks", [True, False])
+def test_a_stopwatch_says_when_the_trial_must_have_ended(monkeypatch, asks):
+    dumps = []
+    monkeypatch.setattr(results, "TIME_UP", 12 if asks else None)
+    monkeypatch.setattr(results.faulthandler, "dump_traceback_later", lambda *given, **how: dumps.append((*given, how)))
+    monkeypatch.setattr(results, "time", SimpleNamespace(monotonic=lambda: 100.0))
+    watch = results.Stopwatch(shared := [0.0] * 4)
+    watch.allow(20.0)
+    watch.reach(3.5)
+    watch.lead(77)
+    assert (shared, dumps) == ([120.0, 20.0, 3.5, 77], [] if asks else [(20.0, {"exit": True})])
+
+
+def test_places_of_a_track_are_three_decimetres_apart_along_both_axes_together():
+    tracks = Tracks()
+    for x, y in ((0.0, 0.0), (0.25, 0.0), (0.125, -0.125), (0.25, -0.125), (0.25, 0.125), (-0.25, 0.125), (0.0, 0.0)):
+        tracks.add("a", np.array([x, y, 0.0]))
+    assert tracks._places == {"a": [(0.0, 0.0), (0.25, -0.125), (-0.25, 0.125), (0.0, 0.0)]}
+
+
+def test_a_track_is_made_simpler_by_half_as_much_again_until_it_is_short_enough():
+    """Of teeth of a saw, to which 0.2 m is near enough, then 0.3, and 0.45 m: the highest ones stay."""
+    high = [0.18] * 100 + [0.22] * 500 + [0.42] * 500 + [0.55] * 300
+    saw = simplified_track([(float(x), top * (x % 2)) for x, top in enumerate(high)])
+    assert len(saw) == pytest.approx(300, abs=15)
+    assert min(x for x, y in saw[1:]) == pytest.approx(1100.0, abs=3.0)
+
+
+@pytest.mark.parametrize(("count", "kept"), [(400, 400), (401, 399)])
+def test_a_track_has_four_hundred_points_at_most(count, kept):
+    assert len(simplified_track([(float(x), 5.0 * (x % 2)) for x in range(count)])) == kept

@@ -276,3 +276,10 @@ def test_a_dependence_has_a_mean_for_each_part_of_the_range():
     assert [mean.mean for mean in found.means] == pytest.approx([1.5, 4.65, 30.0])
     assert found.correlation == pytest.approx(1.0)
     assert math.isnan(dependence([], quantity, "a:f").correlation)
+
+
+def test_trials_that_failed_in_both_campaigns_are_alike(tmp_path):
+    """One that was interrupted has a last state, too."""
+    before, after = ([replace(failed("a:f", "w", 0), state_sha256=state)] for state in ("1", "2"))
+    comparison = both(tmp_path, before, after)
+    assert (comparison.common, comparison.same, comparison.changes) == (1, 1, ())

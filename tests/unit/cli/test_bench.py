@@ -163,6 +163,7 @@ def test_decisions_count_every_row(clock):
     assert decisions(Slow(), None, 0.5) == pytest.approx(64 / 2e-3)
 
 
+@pytest.mark.slow
 def test_environments_are_timed(monkeypatch):
     monkeypatch.setattr(bench, "BATCH_ROWS", 4)
     assert environment_steps_per_second(rounds=1, window=0.02) > 0.0

@@ -43,6 +43,15 @@ def test_a_rate_is_a_number_or_max():
         (["campaign", "--rosbridge"], ["campaign", "--rosbridge"]),
         (["serve", "--localization", "w"], ["serve", "--localization=navigator", "w"]),
         (["serve", "w", "--localization", "truth"], ["serve", "w", "--localization", "truth"]),
+        (["serve", "w", "--ardupilot", "--nmea"], ["serve", "w", "--ardupilot=9002", "--nmea=10110"]),
+        (["serve", "--ardupilot", "a:7", "--nmea", "8"], ["serve", "--ardupilot", "a:7", "--nmea", "8"]),
+        (["serve", "--nmea", "-a:7"], ["serve", "--nmea=10110", "-a:7"]),
+        (["serve", "w", "--foxglove", "9\n"], ["serve", "w", "--foxglove=8765", "9\n"]),
+        (["campaign", "--ray", "--jobs", "2"], ["campaign", "--ray=", "--jobs", "2"]),
+        (["campaign", "--ray", "auto"], ["campaign", "--ray", "auto"]),
+        (["campaign", "--ray", "head:10001"], ["campaign", "--ray", "head:10001"]),
+        (["run", "campaign", "--ray"], ["run", "campaign", "--ray"]),
+        (["teleop", "--web"], ["teleop", "--web=8090"]),
     ],
 )
 def test_a_value_may_be_left_out(words, expected):
