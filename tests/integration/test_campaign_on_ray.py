@@ -136,12 +136,16 @@ class TestOnRay:
         ("name", "value", "message"),
         [
             ("code_version", lambda: "0.0.9 abc", r"the node \S+ has vrx_mj 0\.1\.0 \w+: install 0\.0\.9 abc there"),
-            ("_TICKET", "../elsewhere", r"the node \S+ does not have the folder '.*there': -o needs one that all"),
+            (
+                "_CAMPAIGN_FILE",
+                "../elsewhere",
+                r"the node \S+ does not have the folder '.*there': -o needs one that all",
+            ),
         ],
     )
     def test_a_node_that_differs_is_refused_by_name(self, folder, monkeypatch, name, value, message):
         monkeypatch.setattr(engines, name, value)
-        if name == "_TICKET":
+        if name == "_CAMPAIGN_FILE":
             monkeypatch.setattr(engines, "write_files", lambda *_: None)
         with pytest.raises(VrxError, match=message):
             list(run_trials(trials_of("steady", 1), folder / "there", RayCluster(jobs=1)))

@@ -133,7 +133,7 @@ def test_maps_end_where_a_page_would_be_too_large(now, monkeypatch):
     own = replace(now, results={cell: replace(result, tracks={}) for cell, result in now.results.items()})
     size = len(pages.map_svg("v", BAY, [*own.results.values()], WHO))
     for most, maps in ((size, 2), (size - 1, 1)):
-        monkeypatch.setattr(pages, "_MAPS_SIZE", most)
+        monkeypatch.setattr(pages, "_MAX_MAPS_SIZE", most)
         assert [one["tracks"] for one in pages._maps(own, {"v": BAY, "w": BAY})] == [0] * maps
 
 
@@ -150,7 +150,7 @@ def test_maps_show_fifty_tracks_or_as_many_as_a_page_has_room_for_but_three(monk
 
 def test_files_of_a_campaign_have_what_they_had(now, then, tmp_path, monkeypatch):
     """The tracks of some trials of each world, from the best to the worst."""
-    monkeypatch.setattr(pages, "_TRACKS", 9)
+    monkeypatch.setattr(pages, "_MAX_TRACKS", 9)
     own = replace(now, folder=tmp_path)
     with ResultStore(tmp_path, writes=True) as store:
         store.add(*now.results.values())

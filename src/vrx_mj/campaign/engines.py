@@ -14,26 +14,26 @@ from typing import Any
 
 from vrx_mj.campaign.manifest import code_version
 from vrx_mj.campaign.plan import Cell, Trial
-from vrx_mj.campaign.process import LOOK, signals_held, start_server
+from vrx_mj.campaign.process import POLL_INTERVAL, signals_held, start_server
 from vrx_mj.campaign.results import WHAT, Result
 from vrx_mj.campaign.worker import WorkerLostError, WorkerProcess
 from vrx_mj.errors import VrxError
 from vrx_mj.outputs import write_files
 from vrx_mj.packages import needs_extra
 
-_RETRIES = 3
+_MAX_RETRIES = 3
 """How often a lost trial is run again."""
-_TICKET = ".cluster"
+_CAMPAIGN_FILE = ".cluster"
 """File by which a node knows the campaign's folder."""
 _EXCLUDED_FILES = ("*.rrd", ".git", ".venv", "__pycache__", "*.pyc")
 """Files of the current folder that no node needs."""
-_PROBE, _ROOM = ".probe", 65_536
+_PROBE_FILE, _PROBE_SIZE = ".probe", 65_536
 """A file that is written to see whether there is room, and its size [bytes]."""
-_AHEAD = 16
+_MAX_UNREAD_RESULTS = 16
 """Results that a worker may be ahead of those taken."""
-_CHUNK, _SHORT_CHUNK = 64, 1000
+_CHUNK_SIZE, _SHORT_CHUNK_SIZE = 64, 1000
 """Trials that a worker gets at a time, at most, and where the last one was short: to begin costs as much as one."""
-_SHORT = 0.1
+_SHORT_TRIAL = 0.1
 """Wall time of a short trial [s]."""
 
 
@@ -54,7 +54,7 @@ class ProcessPool:
 
     def ready(self, workers: Sequence[Any]) -> Sequence[Any]:
         """Those workers that have something to take, after a moment at most."""
-        return wait(workers, timeout=LOOK)
+        return wait(workers, timeout=POLL_INTERVAL)
 
     def close(self) -> None:
         """Nothing is left when the workers have ended."""
@@ -99,7 +99,7 @@ class RayCluster:
         except (ConnectionError, RuntimeError, ValueError, OSError) as error:
             token = "" if "RAY_AUTH_MODE" in os.environ else "; for one with a token set RAY_AUTH_MODE=token"
             raise VrxError(f"cannot use a Ray cluster: {error}{token}") from error
-        write_files(self._root, {_TICKET: self._ticket}, WHAT)
+        write_files(self._root, {_CAMPAIGN_FILE: self._ticket}, WHAT)
         self._node = ray.get_runtime_context().get_node_id()
         self._actor = ray.remote(num_cpus=1, scheduling_strategy="SPREAD")(_NodeWorker)
         return self._jobs or max(1, int(ray.cluster_resources().get("CPU", 1)))
@@ -115,7 +115,7 @@ class RayCluster:
             VrxError: Ray has ended on this machine: it takes all workers along, and would start none for ever.
         """
         streams = {worker.stream: worker for worker in workers}
-        found, _ = self._ray.wait(list(streams), timeout=LOOK)
+        found, _ = self._ray.wait(list(streams), timeout=POLL_INTERVAL)
         if not found and any(node["NodeID"] == self._node and not node["Alive"] for node in self._ray.nodes()):
             raise VrxError("Ray has ended on this machine: start it again, and the same command continues")
         return [streams[stream] for stream in found]
@@ -123,7 +123,7 @@ class RayCluster:
     def close(self) -> None:
         """Leave the cluster, or end the one that was started."""
         with suppress(OSError):
-            (self._root / _TICKET).unlink(missing_ok=True)
+            (self._root / _CAMPAIGN_FILE).unlink(missing_ok=True)
         self._ray.shutdown()
 
 
@@ -135,7 +135,7 @@ class _RayWorker:
         self.submit([])
 
     def submit(self, chunk: Sequence[Trial]) -> None:
-        how = {"num_returns": "streaming", "_generator_backpressure_num_objects": _AHEAD}
+        how = {"num_returns": "streaming", "_generator_backpressure_num_objects": _MAX_UNREAD_RESULTS}
         self.stream = self._actor.run.options(**how).remote(list(chunk))
 
     def take(self) -> Result | None:
@@ -180,7 +180,7 @@ class _NodeWorker:
         node = platform.node()
         if code_version() != self._code:
             raise VrxError(f"the node {node} has vrx_mj {code_version()}: install {self._code} there, as here")
-        file = self._root / _TICKET
+        file = self._root / _CAMPAIGN_FILE
         if not (file.is_file() and file.read_text(encoding="utf-8") == self._ticket):
             raise VrxError(
                 f"the node {node} does not have the folder '{self._root}': -o needs one that all nodes share"
@@ -217,7 +217,7 @@ class _Run:
         self._chunks: dict[_Worker, dict[Cell, Trial]] = {}
         """The workers, with the trials that each has not ended yet."""
         self._idle: list[_Worker] = []
-        self._failed_starts, self._chunk = 0, _CHUNK
+        self._failed_starts, self._chunk = 0, _CHUNK_SIZE
 
     def results(self, running: Callable[[int], None]) -> Generator[Result, None, None]:
         self._most = min(self._engine.open(self._root), len(self._waiting))
@@ -266,7 +266,7 @@ class _Run:
         if result is None:
             self._idle.append(worker)
         else:
-            self._chunk = _SHORT_CHUNK if result.wall_time < _SHORT else _CHUNK
+            self._chunk = _SHORT_CHUNK_SIZE if result.wall_time < _SHORT_TRIAL else _CHUNK_SIZE
             yield from self._settle(chunk.pop(result.cell), result)
 
     def _settle(self, trial: Trial, result: Result) -> Iterator[Result]:
@@ -274,7 +274,7 @@ class _Run:
         if result.state == "lost":
             self._losses[trial.cell] += 1
             self._check_folder()
-            if self._losses[trial.cell] <= _RETRIES:
+            if self._losses[trial.cell] <= _MAX_RETRIES:
                 self._waiting.appendleft(trial)
                 return
         yield result
@@ -289,12 +289,12 @@ class _Run:
         if not self._root.is_dir():
             raise VrxError(f"the campaign's folder '{self._root}' is gone; {then}")
         try:
-            write_files(self._root, {_PROBE: b"0" * _ROOM}, WHAT)
-            (self._root / _PROBE).unlink()
+            write_files(self._root, {_PROBE_FILE: b"0" * _PROBE_SIZE}, WHAT)
+            (self._root / _PROBE_FILE).unlink()
         except VrxError as error:
             raise VrxError(f"{error}; {then}") from None
 
     def _count_failed_start(self, error: WorkerLostError) -> None:
         self._failed_starts += 1
-        if self._failed_starts > self._most + _RETRIES:
+        if self._failed_starts > self._most + _MAX_RETRIES:
             raise VrxError(f"no worker starts: {error}")

@@ -31,12 +31,21 @@ from vrx_mj.packages import root
 from vrx_mj.runtime.run import fingerprint, split_name
 
 _MANIFEST = "campaign.json"
-_MADE = ("cells", "worlds", _MANIFEST, DATABASE, f"{DATABASE}-wal", f"{DATABASE}-shm", "results.csv", "index.html")
+_OUTPUT_FILES = (
+    "cells",
+    "worlds",
+    _MANIFEST,
+    DATABASE,
+    f"{DATABASE}-wal",
+    f"{DATABASE}-shm",
+    "results.csv",
+    "index.html",
+)
 """What a campaign writes into its folder."""
-_SHOWN = 3
+_MAX_NAMES = 3
 """How many names a message lists."""
 _PLAN = TypeAdapter(Plan)
-_DATA = ("assets", "templates", "fleets")
+_DATA_FOLDERS = ("assets", "templates", "fleets")
 """Folders of vrx_mj's data."""
 
 
@@ -94,10 +103,10 @@ def begin(folder: Path, plan: Plan, *, restart: bool = False) -> Campaign:
     )
     if not (folder / _MANIFEST).is_file() and folder.is_dir() and any(folder.iterdir()):
         raise CommandError(f"the folder '{folder}' is not empty and holds no campaign: give another folder with -o")
-    for name in _MADE:
+    for name in _OUTPUT_FILES:
         check_inside(folder, name, WHAT)
     if restart:
-        for name in _MADE:
+        for name in _OUTPUT_FILES:
             if (folder / name).is_dir():
                 shutil.rmtree(folder / name)
             else:
@@ -140,7 +149,7 @@ def _differences(old: Manifest, new: Manifest) -> Iterator[str]:
     for kind in ("controllers", "worlds", "seeds"):
         gone = [str(item) for item in getattr(old.plan, kind) if item not in getattr(new.plan, kind)]
         if gone:
-            yield f"it also has the {kind} {first_names(gone, _SHOWN)}"
+            yield f"it also has the {kind} {first_names(gone, _MAX_NAMES)}"
     for option in ("fleet", "duration", "record", "vary"):
         was, now = getattr(old.plan, option), getattr(new.plan, option)
         if was != now:
@@ -204,7 +213,7 @@ def code_version() -> str:
     """The version of vrx_mj with a digest of its modules and data: what changes a score without a new one shows too."""
     folder = Path(vrx_mj.__file__).resolve().parent
     digest = sha256(_digest(folder, sorted(folder.rglob("*.py"))).encode())
-    for name in _DATA:
+    for name in _DATA_FOLDERS:
         files = sorted(file for file in (root() / name).rglob("*") if file.is_file() and file.suffix != ".pyc")
         digest.update(_digest(root(), files).encode())
     return f"{vrx_mj.__version__} {digest.hexdigest()[:12]}"

@@ -36,34 +36,34 @@ from vrx_mj.draw.course import Bay, Course, ground_of, map_of, nice_length, obje
 from vrx_mj.draw.style import boat_color, hex_color
 from vrx_mj.mjcf.world import World
 
-_SHAPE = 1.5
+_MAP_ASPECT = 1.5
 """Width by height of a map."""
-_PIXELS = 720.0
+_MAP_WIDTH = 720.0
 """Width of a map when it is shown large [px]: sizes that must stay visible go by it."""
-_TRACKS, _TRACK_POINTS = 50, 30
+_MAX_TRACKS, _MAX_TRACK_POINTS = 50, 30
 """Tracks of a map, and points of each, at most: more hide each other."""
-_MAPS_SIZE = 900_000
+_MAX_MAPS_SIZE = 900_000
 """Characters of all maps together, 500 of them for a track: no more maps are drawn beyond."""
-_SHOWN_SEEDS = 30
+_MAX_SEED_COLUMNS = 30
 """Seeds up to which each has a column of its own."""
-_SHOWN_CELLS = 3000
+_MAX_CELLS = 3000
 """Trials up to which each has a cell of its own, and rows of the table of scores, at most."""
-_LISTED = 200
+_MAX_LISTED = 200
 """Kinds of failures, changes, and points of a controller in a chart that are shown, at most."""
-_BEND = 1.0
+_SHORE_TOLERANCE = 1.0
 """Details of the shore that are smaller than this are left out [m]."""
-_NEAR = 40.0
+_MAX_OBJECT_DISTANCE = 40.0
 """An object that is farther from everything that matters [m] does not widen a map."""
 _Box = tuple[float, float, float, float]
 _Spot = tuple[float, float]
 _Line = Sequence[Sequence[float]]
 _Values = dict[str, Any]
-_BEST, _MIDDLE, _WORST = (94, 181, 166), (246, 236, 205), (231, 135, 98)
+_BEST_COLOR, _MIDDLE_COLOR, _WORST_COLOR = (94, 181, 166), (246, 236, 205), (231, 135, 98)
 """Colours of a score among those of its world."""
 PAGE = "index.html"
-_REFRESH = 5.0
+_REFRESH_INTERVAL = 5.0
 """Least time between two writings of the page while trials run [s]."""
-_SHARE = 0.01
+_MAX_TIME_SHARE = 0.01
 """Share of the time that writing it may take."""
 
 
@@ -71,7 +71,7 @@ def map_values(sketch: _Values, results: Sequence[Result], controllers: Sequence
     """What the template of a map takes: the frame, the land in it, a scale bar, and the tracks of these trials."""
     tracks = [(result, line) for result in results for line in result.tracks.values() if line]
     west, south, east, north = view = _view(sketch, [line for _, line in tracks])
-    pixel, length = (east - west) / _PIXELS, nice_length((east - west) / 4.0)
+    pixel, length = (east - west) / _MAP_WIDTH, nice_length((east - west) / 4.0)
     x, y = west + 14.0 * pixel, south + 16.0 * pixel
     return {
         "west": west, "north": north, "width": east - west, "height": north - south, "pixel": pixel,
@@ -86,7 +86,7 @@ def map_values(sketch: _Values, results: Sequence[Result], controllers: Sequence
 def _track(result: Result, line: _Line, controllers: Sequence[str]) -> _Values:
     """A boat's way; the template ends it with a dot, or a cross where the trial failed."""
     cell, number = result.cell, controllers.index(result.cell.controller)
-    points = [*line[: -1 : 1 + len(line) // _TRACK_POINTS], line[-1]]
+    points = [*line[: -1 : 1 + len(line) // _MAX_TRACK_POINTS], line[-1]]
     return {
         "controller": cell.controller, "seed": cell.seed, "failed": result.has_failed, "points": points,
         "index": number,
@@ -108,14 +108,14 @@ def _view(sketch: _Values, tracks: Iterable[_Line]) -> _Box:
     if not spots:
         return _frame(things or [(0.0, 0.0)])
     center = MultiPoint(spots)
-    return _frame([*spots, *(spot for spot in things if center.distance(Point(spot)) < _NEAR)])
+    return _frame([*spots, *(spot for spot in things if center.distance(Point(spot)) < _MAX_OBJECT_DISTANCE)])
 
 
 def _frame(spots: Sequence[Sequence[float]]) -> _Box:
     """West, south, east and north of a frame of the right shape round these places, with a margin."""
     xs, ys = [spot[0] for spot in spots], [spot[1] for spot in spots]
     width, height = max(1.12 * (max(xs) - min(xs)) + 6.0, 30.0), max(1.12 * (max(ys) - min(ys)) + 6.0, 20.0)
-    width, height = max(width, _SHAPE * height), max(height, width / _SHAPE)
+    width, height = max(width, _MAP_ASPECT * height), max(height, width / _MAP_ASPECT)
     x, y = (min(xs) + max(xs)) / 2.0, (min(ys) + max(ys)) / 2.0
     return (x - width / 2, y - height / 2, x + width / 2, y + height / 2)
 
@@ -128,7 +128,7 @@ def _land(rings: Sequence[_Line], view: _Box) -> str:
     for ring in ordered:
         inside = Polygon(ring).buffer(0).intersection(frame)
         land = land.difference(inside) if _clockwise(ring) else land.union(inside)
-    return "" if land.is_empty else _outline(land.simplify(_BEND))
+    return "" if land.is_empty else _outline(land.simplify(_SHORE_TOLERANCE))
 
 
 def _clockwise(ring: _Line) -> bool:
@@ -243,14 +243,14 @@ def page(
             tasks=task_types(results),
             board=leaderboard(results, plan.controllers),
             detailed=_is_detailed(campaign),
-            rows=rows[:_SHOWN_CELLS],
+            rows=rows[:_MAX_CELLS],
             row_count=len(rows),
             maps=maps,
             charts=list(_charts(campaign)),
             seedless=seedless_worlds(results),
             remarkable=remarkable_trials(results),
             failures=failure_classes(results),
-            listed=_LISTED,
+            listed=_MAX_LISTED,
             log=LOG,
             comparison=comparison,
         )
@@ -260,7 +260,7 @@ def page(
 def _is_detailed(campaign: Campaign) -> bool:
     """Whether each trial has a cell of its own on the page, and its recording a link."""
     plan = campaign.manifest.plan
-    return len(plan.seeds) <= _SHOWN_SEEDS and len(campaign.results) <= _SHOWN_CELLS
+    return len(plan.seeds) <= _MAX_SEED_COLUMNS and len(campaign.results) <= _MAX_CELLS
 
 
 def _rows(campaign: Campaign) -> Iterator[_Row]:
@@ -296,7 +296,7 @@ def _charts(campaign: Campaign) -> Iterator[Markup]:
             for color, own in enumerate(found):
                 if not own.x:
                     continue
-                stride = 1 + len(own.x) // _LISTED
+                stride = 1 + len(own.x) // _MAX_LISTED
                 rank = "" if math.isnan(own.correlation) else f", rank correlation {own.correlation:+.2f}"
                 ends = np.array([mean.interval or (math.nan, math.nan) for mean in own.means])
                 points.append(Series("", own.x[::stride], own.scores[::stride], kind="points", color=color))
@@ -345,14 +345,16 @@ def _color(score: float, scores: Sequence[float], better: str) -> str:
         return ""
     share = (score - least) / (most - least)
     share = 1.0 - share if better == "higher" else share
-    low, high, part = (_BEST, _MIDDLE, 2.0 * share) if share < 0.5 else (_MIDDLE, _WORST, 2.0 * share - 1.0)
+    low, high, part = (
+        (_BEST_COLOR, _MIDDLE_COLOR, 2.0 * share) if share < 0.5 else (_MIDDLE_COLOR, _WORST_COLOR, 2.0 * share - 1.0)
+    )
     return hex_color(round(a + (b - a) * part) for a, b in zip(low, high, strict=True))
 
 
 def _maps(campaign: Campaign, sketches: Mapping[str, _Row]) -> Iterator[_Row]:
     plan, tasks = campaign.manifest.plan, tasks_of_worlds(campaign.results.values())
     groups, detailed = grouped(campaign.results.values(), lambda result: result.cell.world), _is_detailed(campaign)
-    left = _MAPS_SIZE
+    left = _MAX_MAPS_SIZE
     for number, world in enumerate(plan.worlds):
         if world not in sketches or left < 0:
             continue
@@ -374,7 +376,7 @@ def _maps(campaign: Campaign, sketches: Mapping[str, _Row]) -> Iterator[_Row]:
 
 def _with_tracks(campaign: Campaign) -> Campaign:
     """The campaign with the tracks that the maps show: of each world some trials from the best to the worst."""
-    most = max(3, min(_TRACKS, _MAPS_SIZE // 500 // len(campaign.manifest.plan.worlds)))
+    most = max(3, min(_MAX_TRACKS, _MAX_MAPS_SIZE // 500 // len(campaign.manifest.plan.worlds)))
     chosen = []
     for own in grouped(campaign.results.values(), lambda result: result.cell.world).values():
         order = sorted(own, key=lambda result: (result.has_failed, result.score or 0.0))
@@ -432,7 +434,7 @@ class LivePage:
         if begun >= self._due:
             self.write(running=True)
             now = time.monotonic()
-            self._due = now + max(_REFRESH, (now - begun) / _SHARE)
+            self._due = now + max(_REFRESH_INTERVAL, (now - begun) / _MAX_TIME_SHARE)
 
     def write(self, *, running: bool = False) -> tuple[Campaign, Comparison | None]:
         """Write the page, and `results.csv` unless trials are running; what it shows."""

@@ -22,9 +22,12 @@ A failed or lost trial has no score, one whose task has not started neither; a l
 """
 _MOST_SEEDS = 100_000
 _GLOB = re.compile(r"[*?\[]")
-_PLAIN = (re.compile(r"[a-z0-9_][a-z0-9_-]*(/[a-z0-9_][a-z0-9_-]*)*"), re.compile(r"\w+(\.\w+)*:\w+", re.ASCII))
+_READABLE_NAMES = (
+    re.compile(r"[a-z0-9_][a-z0-9_-]*(/[a-z0-9_][a-z0-9_-]*)*"),
+    re.compile(r"\w+(\.\w+)*:\w+", re.ASCII),
+)
 """Names of worlds and of controllers that stay readable, and apart, with a dot for every slash and colon."""
-_SERIES = "#"
+_SERIES_SEPARATOR = "#"
 """Between the path of a series of worlds and the number of one of them."""
 
 
@@ -151,7 +154,7 @@ def choose_worlds(patterns: Iterable[str]) -> tuple[str, ...]:
 
 
 def _worlds(pattern: str) -> Sequence[str]:
-    source, mark, number = pattern.partition(_SERIES)
+    source, mark, number = pattern.partition(_SERIES_SEPARATOR)
     if is_path(source):
         files = [source] if Path(source).is_file() else sorted(glob.glob(source, recursive=True))  # noqa: PTH207 - absolute ones too
         if not files:
@@ -177,7 +180,7 @@ def folder_name(name: str) -> str:
     A name of a world with other characters than small letters, digits, `-`, `_` and slashes, and any that is long, gets
     a hash at its end.
     """
-    if len(name) <= 80 and any(form.fullmatch(name) for form in _PLAIN):
+    if len(name) <= 80 and any(form.fullmatch(name) for form in _READABLE_NAMES):
         return re.sub(r"[/:]", ".", name)
     plain = re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_")
     return f"{plain[-60:]}-{sha256(name.encode()).hexdigest()[:8]}"

@@ -30,26 +30,26 @@ from pathlib import Path
 import numpy as np
 
 from vrx_mj.campaign.plan import State, Trial
-from vrx_mj.campaign.program import ENDING, adopt_orphans
+from vrx_mj.campaign.program import MAX_ENDING_TIME, adopt_orphans
 from vrx_mj.campaign.results import ALLOWED, END, GROUP, LOG, REACHED, TIME_UP, WHAT, Result, Stopwatch
-from vrx_mj.campaign.trial import PREPARATION, sail, sail_rows
+from vrx_mj.campaign.trial import COMPILE_TIMEOUT, sail, sail_rows
 from vrx_mj.outputs import check_inside
 from vrx_mj.runtime.simulation import Simulation
 
-_PRELOADED = "vrx_mj.campaign.warm"
-_GRACE = 5.0
+_PRELOADED_MODULE = "vrx_mj.campaign.warm"
+_GRACE_PERIOD = 5.0
 """A process that should have ended is killed this much later [s]."""
 _MOST_LOG = 50_000_000
 """A trial that prints more than this is ended [bytes]."""
-_TAIL = 100_000
+_LOG_TAIL_SIZE = 100_000
 """How much of a log is looked through for where a trial hung [bytes]."""
-_START = 120.0
+_START_TIMEOUT = 120.0
 """Wall time for starting a process [s]."""
-LOOK = 0.25
+POLL_INTERVAL = 0.25
 """How often trials are looked after [s]."""
-_TOGETHER = 0.1
+_GATHER_TIME = 0.1
 """After a result, those of shorter trials are gathered for this long: to wake up costs more than to take one [s]."""
-FORKS = "forkserver" in multiprocessing.get_all_start_methods()
+HAS_FORKSERVER = "forkserver" in multiprocessing.get_all_start_methods()
 """Whether processes can begin with what this one has loaded."""
 _SIGKILL = 9
 _SET_PDEATHSIG = 1
@@ -58,10 +58,10 @@ _SET_PDEATHSIG = 1
 
 def start_server() -> BaseContext:
     """What makes the processes; where it can fork, after everything was loaded, which it waits for."""
-    if not FORKS:
+    if not HAS_FORKSERVER:
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload([_PRELOADED])
+    context.set_forkserver_preload([_PRELOADED_MODULE])
     with _same_path():
         first = context.Process(target=_nothing)
         first.start()
@@ -139,10 +139,10 @@ class TrialProcess:
         self._folder.mkdir(parents=True)
         self.is_over = self._gathers = False
         self._begun = time.monotonic()
-        context = multiprocessing.get_context("fork" if FORKS else "spawn")
-        self._shared = context.Array("d", [self._begun + _START, PREPARATION, 0.0, 0.0], lock=False)
+        context = multiprocessing.get_context("fork" if HAS_FORKSERVER else "spawn")
+        self._shared = context.Array("d", [self._begun + _START_TIMEOUT, COMPILE_TIMEOUT, 0.0, 0.0], lock=False)
         self._row, sent = context.Pipe(duplex=False)
-        given = (warm, notes, owner) if FORKS else (None, (), None)
+        given = (warm, notes, owner) if HAS_FORKSERVER else (None, (), None)
         self._process = context.Process(  # type: ignore[attr-defined]
             target=_sail_here, args=(trials, root, self._shared, sent, together, *given)
         )
@@ -157,9 +157,9 @@ class TrialProcess:
     def wait(self, other: Sequence[Connection]) -> bool:
         """Wait a moment for the trial to end; whether one of these other connections has something instead."""
         ends = [self._process.sentinel, *other]
-        came = wait(ends, timeout=_TOGETHER) if self._gathers else []
+        came = wait(ends, timeout=_GATHER_TIME) if self._gathers else []
         self._gathers = False
-        return bool(set(other) & set(came or wait([self._row, *ends], timeout=LOOK)))
+        return bool(set(other) & set(came or wait([self._row, *ends], timeout=POLL_INTERVAL)))
 
     def results(self) -> Sequence[Result]:
         """How those trials ended that have ended since the last call. What takes or prints too much is ended.
@@ -176,15 +176,15 @@ class TrialProcess:
                 del self._left[: len(found)]
                 self._begun, self._gathers = math.nan, True
                 return found
-            self._process.join(_GRACE)
+            self._process.join(_GRACE_PERIOD)
         if self._process.is_alive():
-            if found is None and late <= (_GRACE if TIME_UP is None else 0.0):
+            if found is None and late <= (_GRACE_PERIOD if TIME_UP is None else 0.0):
                 if not self._prints_too_much():
                     return []
                 reason = f"printed more than {_MOST_LOG // 1_000_000} MB"
             elif found is None and TIME_UP is not None and self._process.pid is not None:
                 os.kill(self._process.pid, TIME_UP)  # it writes to its log where it is, and ends
-                self._process.join(_GRACE)
+                self._process.join(_GRACE_PERIOD)
             self.stop()
         self._process.join()
         self._end_groups()
@@ -201,7 +201,7 @@ class TrialProcess:
         """End the process and those it started; a program that sails it is ended as Ctrl-C does it."""
         if self._shared[GROUP]:
             self._process.terminate()
-            self._process.join(ENDING)
+            self._process.join(MAX_ENDING_TIME)
         self._end_groups()
         self._process.kill()
         self._process.join()
@@ -227,7 +227,7 @@ class TrialProcess:
         text = f"not finished after {self._shared[ALLOWED]:g} s of wall time"
         start = f'  File "{Path.cwd()}{os.sep}'.encode("ascii", "backslashreplace")  # as faulthandler writes it
         with contextlib.suppress(OSError):
-            lines = (self._folder / LOG).read_bytes()[-_TAIL:].splitlines()
+            lines = (self._folder / LOG).read_bytes()[-_LOG_TAIL_SIZE:].splitlines()
             own = [line.removeprefix(start) for line in lines if line.startswith(start)]  # the innermost first
             text += f"; it was in {own[0].decode('unicode_escape').replace(chr(34), '')}" if own else ""
         return text

@@ -17,16 +17,16 @@ from vrx_mj.errors import VrxError
 
 _SIGNAL_TIMEOUTS = {"SIGINT": 6.0, "SIGTERM": 4.0, "SIGKILL": 2.0}
 """How a program is ended: after each signal it has so long [s]."""
-ENDING = sum(_SIGNAL_TIMEOUTS.values()) + 3.0
+MAX_ENDING_TIME = sum(_SIGNAL_TIMEOUTS.values()) + 3.0
 """Wall time that ending one takes, at most [s]."""
-_LOOK = 0.02
+_POLL_INTERVAL = 0.02
 """How often it is seen whether all have ended [s]."""
 MOST_OUTPUT = 10_000_000
 """Output of a program that is kept [bytes]."""
 _READ_SIZE = 1 << 16
-_TAIL = 4096
+_TAIL_SIZE = 4096
 """Bytes in which the last lines are looked for."""
-_SHOWN_LINES, _SHOWN = 3, 200
+_MAX_SHOWN_LINES, _MAX_LINE_LENGTH = 3, 200
 """Last lines that are shown, and characters of each."""
 _SET_CHILD_SUBREAPER = 36
 """Option of prctl(2)."""
@@ -73,7 +73,7 @@ class Program:
     def last_lines(self) -> str:
         """What it printed last, in one line."""
         lines = [line.strip() for line in self._tail.decode("utf-8", "replace").splitlines() if line.strip()]
-        return " | ".join(line[:_SHOWN] for line in lines[-_SHOWN_LINES:])
+        return " | ".join(line[:_MAX_LINE_LENGTH] for line in lines[-_MAX_SHOWN_LINES:])
 
     def end(self, timeouts: Mapping[str, float] = _SIGNAL_TIMEOUTS) -> None:
         """End it and what it started, by one signal after the other; nothing happens where all have ended."""
@@ -83,7 +83,7 @@ class Program:
             self._signal(signal.Signals[name])
             deadline = time.monotonic() + timeout
             while not self._all_ended() and time.monotonic() < deadline:
-                time.sleep(_LOOK)
+                time.sleep(_POLL_INTERVAL)
         self._reader.join(1.0)
 
     def _signal(self, number: signal.Signals) -> None:
@@ -113,7 +113,7 @@ class Program:
     def _read_output(self, stream: IO[bytes]) -> None:
         with stream:
             while data := stream.read(_READ_SIZE):
-                self._tail = (self._tail + data)[-_TAIL:]
+                self._tail = (self._tail + data)[-_TAIL_SIZE:]
                 self._keep(data)
 
     def _keep(self, data: bytes) -> None:

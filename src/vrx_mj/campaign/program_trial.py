@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from vrx_mj.arrays import FloatArray
 from vrx_mj.autopilot import MAVLINK_PORT, PORT, PORT_STEP, ArduPilot, ports_of
 from vrx_mj.campaign.plan import Cell, Serving
-from vrx_mj.campaign.program import ENDING, Program
+from vrx_mj.campaign.program import MAX_ENDING_TIME, Program
 from vrx_mj.campaign.results import Stopwatch, Tracks
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import NetworkError, VrxError
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 _LOOPBACK = "127.0.0.1"
 PORTS = range(21311, 29311)
 """Ports of masters and rosbridges: below those that systems assign by themselves."""
-_INSTANCES = range(1, 250)
+_SITL_INSTANCES = range(1, 250)
 """Numbers of SITLs, by which their ports are 10 apart."""
 
 
@@ -106,7 +106,7 @@ def _serve_sitl(sim: Simulation, serving: Serving, pilot: _Pilot) -> None:
 
 def _autopilots(sim: Simulation, rate: float | None) -> ArduPilot:
     """What listens for the SITLs of all boats, at ports whose SITLs' MAVLink ports are free too."""
-    for instance in _INSTANCES:
+    for instance in _SITL_INSTANCES:
         ports = ports_of(sim, str(PORT + PORT_STEP * instance))
         with contextlib.suppress(NetworkError), contextlib.ExitStack() as probes:
             autopilots = ArduPilot(sim, ports, rate=rate, report=_write_line)
@@ -117,7 +117,7 @@ def _autopilots(sim: Simulation, rate: float | None) -> ArduPilot:
                 autopilots.close()
                 continue
             return autopilots
-    raise NetworkError(f"no ports are free for ArduPilot's SITL of instances up to {_INSTANCES[-1]}")
+    raise NetworkError(f"no ports are free for ArduPilot's SITL of instances up to {_SITL_INSTANCES[-1]}")
 
 
 def surroundings(folder: Path, master: int, rosbridge: int | None) -> dict[str, str]:
@@ -173,7 +173,7 @@ class _Pilot:
 
     def start(self) -> None:
         """Start it; from now on the trial's time runs."""
-        self._stopwatch.allow(self._wall + ENDING)
+        self._stopwatch.allow(self._wall + MAX_ENDING_TIME)
         self._deadline = time.monotonic() + self._wall
         self._program = Program(self._line, os.environ, sys.stdout.buffer)
         self._stopwatch.lead(self._program.group)

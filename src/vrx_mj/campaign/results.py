@@ -25,7 +25,7 @@ FORMAT = 1
 LOG = "log.txt"
 """What a trial printed, with the traceback of a controller that raised."""
 DATABASE = "results.sqlite"
-_RESULT = "result.json"
+_OLD_RESULT_FILE = "result.json"
 """What version 0.1 wrote for each cell in place of the database."""
 Tree = dict[str, Any]
 """Content of a JSON file."""
@@ -49,7 +49,7 @@ create table details (controller text not null, world text not null, seed intege
 pragma user_version = {_DATABASE_FORMAT};
 commit;
 """
-_OF_TASK: Mapping[str, str] = {
+_TASK_COLUMNS: Mapping[str, str] = {
     "task": "type", "task_name": "name", "unit": "unit", "better": "better", "timed_out": "timed_out",
     "collisions": "num_collisions", "elapsed": "elapsed",
 }  # fmt: skip
@@ -59,11 +59,11 @@ TIME_UP = getattr(signal, "SIGUSR2", None)
 END, ALLOWED, REACHED, GROUP = 0, 1, 2, 3
 """Slots of the memory that a trial shares: when it must have ended, by the monotonic clock, the wall time that it may
 take, the simulated time that it has reached [s], and the process group of the program that sails it, or 0."""
-_APART = 0.3
+_MIN_SPACING = 0.3
 """Places nearer than this to the one kept before are left out while sailing [m]."""
-TOLERANCE = 0.2
+TRACK_TOLERANCE = 0.2
 """How far a simplified track may be from the true one [m]."""
-MOST = 400
+MAX_TRACK_POINTS = 400
 """Points of a simplified track, at most."""
 
 
@@ -216,7 +216,7 @@ def _former_result(folder: Path) -> Result | None:
         RecordError: it is of another version.
     """
     try:
-        tree = read_json(folder / _RESULT)
+        tree = read_json(folder / _OLD_RESULT_FILE)
         phase = tree["task"]["state"] if tree["task"] else "finished"
         ended = {"finished": "finished", "running": "cut"}.get(phase, "not started")
         return Result(**{**tree, "cell": Cell(**tree["cell"]), "state": "failed" if tree["error"] else ended})
@@ -251,14 +251,16 @@ def write_csv(file: Path, results: Iterable[Result]) -> None:
 def _row(result: Result) -> dict[str, object]:
     """The columns of a result, in their order."""
     task, whole = result.task or {}, {**vars(result), **vars(result.cell)}
-    own = {column: task.get(key) for column, key in _OF_TASK.items()}
+    own = {column: task.get(key) for column, key in _TASK_COLUMNS.items()}
     own |= {"score": result.score, "parameters": json.dumps(result.parameters)}
     return {column: own[column] if column in own else whole[column] for column in _COLUMNS}
 
 
 def _result(row: Mapping[str, Any]) -> Result:
     """The result of a row of columns."""
-    task = {key: row[column] for column, key in _OF_TASK.items()} | {"score": row["score"]} if row["task"] else None
+    task = (
+        {key: row[column] for column, key in _TASK_COLUMNS.items()} | {"score": row["score"]} if row["task"] else None
+    )
     own = {"cell": Cell(row["controller"], row["world"], row["seed"]), "task": task}
     same = {name: row[name] for name in _COLUMNS if name in Result.__dataclass_fields__}
     return Result(**{**same, **own, "parameters": json.loads(row["parameters"])})
@@ -322,7 +324,7 @@ class Tracks:
         """Take a boat's position [m, ENU]."""
         x, y = float(position[0]), float(position[1])
         places = self._places.setdefault(boat, [])
-        if not places or abs(x - places[-1][0]) + abs(y - places[-1][1]) > _APART:
+        if not places or abs(x - places[-1][0]) + abs(y - places[-1][1]) > _MIN_SPACING:
             places.append((x, y))
 
     def lines(self) -> dict[str, list[list[float]]]:
@@ -334,8 +336,8 @@ def simplified_track(places: list[_Point]) -> list[list[float]]:
     """A line through few of these places (Douglas and Peucker 1973), with a tolerance that keeps it short enough."""
     import shapely
 
-    tolerance, points = TOLERANCE, np.array(places)
-    while len(points) > 2 and (len(points) > MOST or tolerance == TOLERANCE):
+    tolerance, points = TRACK_TOLERANCE, np.array(places)
+    while len(points) > 2 and (len(points) > MAX_TRACK_POINTS or tolerance == TRACK_TOLERANCE):
         line = shapely.simplify(shapely.linestrings(points), tolerance, preserve_topology=False)
         tolerance, points = 1.5 * tolerance, shapely.get_coordinates(line)
     return points.round(1).tolist()  # type: ignore[no-any-return]

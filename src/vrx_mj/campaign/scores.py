@@ -18,8 +18,8 @@ from vrx_mj.campaign.results import Result
 from vrx_mj.campaign.vary import Quantity
 from vrx_mj.errors import first_names
 
-_SIGNIFICANT = 0.05
-_SHOWN = 3
+_SIGNIFICANCE_LEVEL = 0.05
+_MAX_NAMES = 3
 """How many names a note lists."""
 _RESAMPLES = 1000
 """Resamples of a bootstrap; so many scores show the normal distribution."""
@@ -27,7 +27,7 @@ _WORTH_SEEING = 5
 _BINS = 10
 _NUMBERS = re.compile(r"\d+(\.\d+)?([eE][-+]?\d+)?")
 _Key = TypeVar("_Key", bound=Hashable)
-_FEWEST = 6
+_MIN_PAIRS = 6
 """Fewest pairs that differ for a test: with five of them no two-sided p-value of signed ranks is below 2 / 2^5."""
 
 
@@ -80,8 +80,8 @@ class Test:
         if not differ:
             return "no score has changed"
         if self.p is None or self.adjusted is None:
-            return f"too few pairs: {differ} differ, at least {_FEWEST} are needed"
-        if self.adjusted >= _SIGNIFICANT:
+            return f"too few pairs: {differ} differ, at least {_MIN_PAIRS} are needed"
+        if self.adjusted >= _SIGNIFICANCE_LEVEL:
             return "no significant change"
         return "significantly better" if self.gain > 0.0 else "significantly worse" if self.gain < 0.0 else "changed"
 
@@ -146,7 +146,7 @@ def paired_test(gains: Sequence[float]) -> float | None:
     from scipy.stats import wilcoxon
 
     moved = [gain for gain in gains if gain != 0.0]
-    return float(wilcoxon(moved).pvalue) if len(moved) >= _FEWEST else None
+    return float(wilcoxon(moved).pvalue) if len(moved) >= _MIN_PAIRS else None
 
 
 def _counterparts(now: Sequence[str], earlier: Sequence[str]) -> dict[str, str]:
@@ -213,7 +213,7 @@ def _changed_worlds(pairs: Sequence[tuple[Result, Result]]) -> Iterator[str]:
     known = [(after.cell.world, {before.world_sha256, after.world_sha256} - {""}) for before, after in pairs]
     changed = dict.fromkeys(world for world, hashes in known if len(hashes) > 1)  # a failed trial may have none
     if changed:
-        yield f"worlds whose files have changed: {first_names(changed, _SHOWN)}"
+        yield f"worlds whose files have changed: {first_names(changed, _MAX_NAMES)}"
 
 
 def _notes(now: Campaign, earlier: Campaign, names: Mapping[str, str]) -> Iterator[str]:

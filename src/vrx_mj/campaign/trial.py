@@ -37,7 +37,7 @@ from vrx_mj.runtime.run import (
 from vrx_mj.runtime.simulation import Simulation
 
 _RECORDING = "run.rrd"
-PREPARATION = 120.0
+COMPILE_TIMEOUT = 120.0
 """Wall time for compiling a world [s]."""
 _EXTRA_TIME = 60.0
 """Wall time that a trial gets on top of its simulated time [s]."""
@@ -45,9 +45,9 @@ INTERRUPTED = "interrupted"
 """The error of a trial that was interrupted."""
 _STATES: Mapping[str, State] = {"initial": "not started", "ready": "not started", "running": "cut"}
 """The states of trials that end in these phases of a task."""
-_MACHINE = {errno.EDQUOT, errno.EIO, errno.ENOMEM, errno.ENOSPC, errno.ENOTCONN, errno.EROFS, errno.ESTALE}
+_MACHINE_ERRORS = {errno.EDQUOT, errno.EIO, errno.ENOMEM, errno.ENOSPC, errno.ENOTCONN, errno.EROFS, errno.ESTALE}
 """Errors of files that say nothing of a controller."""
-_EVENTS = 200
+_MAX_EVENTS = 200
 """Lines of the referee that are kept, at most."""
 
 
@@ -100,7 +100,7 @@ def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, warm: Simulation | No
         warm: a simulation of its world as the files have it, of any seed; None: compile it.
     """
     begun, tracks, sim = time.perf_counter(), Tracks(), None
-    stopwatch.allow(PREPARATION)
+    stopwatch.allow(COMPILE_TIMEOUT)
     try:
         warm = warm or Simulation(compile_world(trial.cell.world, fleet=trial.fleet))
         base = warm.world
@@ -142,7 +142,7 @@ def _row_results(trials: Sequence[Trial], stopwatch: Stopwatch, warm: Simulation
     """Results of trials without a task, which end with their time; of which of them a run may warn."""
     begun, world, first = time.perf_counter(), warm.world, trials[0]
     steps = warm.steps_in(first.duration or planned_duration(warm))
-    stopwatch.allow(PREPARATION)
+    stopwatch.allow(COMPILE_TIMEOUT)
     seeds, numbers = [trial.cell.seed for trial in trials], [numbers_by_name(world, own.parameters) for own in trials]
     batch = Batch(world, len(trials), seed=seeds, threads=1)
     batch.vary(parameters={name: [own[name] for own in numbers] for name in numbers[0]})
@@ -211,7 +211,7 @@ def _ended(trial: Trial, summary: Summary, tracks: Tracks, *, world_sha256: str,
     if task is not None and not math.isfinite(task["score"] or 0.0):
         raise VrxError(f"the score of {task['name']} is {task['score']}: a finite number is needed")
     if task is not None:
-        task["events"] = [list(event) for event in task["events"][-_EVENTS:]]
+        task["events"] = [list(event) for event in task["events"][-_MAX_EVENTS:]]
     return _result(
         trial, tracks, task=task, world_sha256=world_sha256, recording=_RECORDING if trial.record else None,
         state="failed" if summary.interrupted else _STATES.get(summary.task.state if summary.task else "", "finished"),
@@ -224,7 +224,7 @@ def _ended(trial: Trial, summary: Summary, tracks: Tracks, *, world_sha256: str,
 def _is_the_machines(error: Exception) -> bool:
     """Whether an error is of a machine without memory, or with a folder that is full or gone."""
     source = error.__cause__ if isinstance(error, RaisedError) else error
-    return isinstance(source, MemoryError) or (isinstance(source, OSError) and source.errno in _MACHINE)
+    return isinstance(source, MemoryError) or (isinstance(source, OSError) and source.errno in _MACHINE_ERRORS)
 
 
 def _error_text(error: Exception, sim: Simulation | None) -> str:

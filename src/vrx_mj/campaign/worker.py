@@ -14,7 +14,7 @@ from pathlib import Path
 from vrx_mj.campaign.manifest import controller_hash
 from vrx_mj.campaign.page import sketch_of
 from vrx_mj.campaign.plan import Trial
-from vrx_mj.campaign.process import FORKS, TrialProcess, log_into, signals_held, start_server
+from vrx_mj.campaign.process import HAS_FORKSERVER, TrialProcess, log_into, signals_held, start_server
 from vrx_mj.campaign.results import FORMAT, Result, sketch_file, write_json
 from vrx_mj.campaign.trial import RaisedError, load_own_controller
 from vrx_mj.errors import VrxError
@@ -23,9 +23,9 @@ from vrx_mj.runtime.batch import Batch
 from vrx_mj.runtime.run import fingerprint, takes_rows
 from vrx_mj.runtime.simulation import Simulation
 
-_ROWS = 64
+_MAX_ROWS = 64
 """Rows of a batch, at most."""
-_LOADING = 60.0
+_LOADING_TIMEOUT = 60.0
 """Wall time that the check of a controller waits for it [s]."""
 
 
@@ -57,7 +57,7 @@ class Worker:
             alone = trial.record or trial.serving
             together.setdefault(trial.cell if alone else (trial.cell.controller, trial.cell.world), []).append(trial)
         for trials in together.values():
-            count = _ROWS if trials[0].rows else len(trials)
+            count = _MAX_ROWS if trials[0].rows else len(trials)
             for first in range(0, len(trials), count):
                 yield from self._sail(trials[first : first + count])
 
@@ -71,7 +71,7 @@ class Worker:
             sailed = {result.cell for result in results}
             trials = [trial for trial in trials if trial.cell not in sailed]
             self._repeats.setdefault(whose, False)
-        if trials[2:] and FORKS and whose not in self._repeats:
+        if trials[2:] and HAS_FORKSERVER and whose not in self._repeats:
             first, *later = self._results(trials[:2])
             yield first
             (alone,) = self._results(trials[1:2])
@@ -205,7 +205,7 @@ def check_controllers(names: Sequence[str]) -> frozenset[str]:
             process.start()
         theirs.close()
         try:
-            if faults.poll(_LOADING):
+            if faults.poll(_LOADING_TIMEOUT):
                 with contextlib.suppress(EOFError):
                     if fault := faults.recv():
                         raise VrxError(fault)

@@ -18,7 +18,7 @@ from vrx_mj.runtime.rows import Rows, as_numbers, which_rows
 from vrx_mj.runtime.state import rows_divergence_message
 from vrx_mj.runtime.timing import MOST_STEPS, whole_steps
 
-_CUDA = (2, 13)
+_DEVICES = (2, 13)
 """Kinds of device by DLPack's numbers: the card's memory, and managed memory."""
 
 
@@ -153,9 +153,9 @@ class Batch:
         """An array of the host, or of another library, as one of numba's; errors are those of `command`."""
         given: DeviceArray
         if hasattr(values, "__cuda_array_interface__"):
-            kind, number = values.__dlpack_device__() if hasattr(values, "__dlpack_device__") else (_CUDA[0], None)
+            kind, number = values.__dlpack_device__() if hasattr(values, "__dlpack_device__") else (_DEVICES[0], None)
             own = cuda.get_current_device().id
-            if kind not in _CUDA or number not in {None, own}:
+            if kind not in _DEVICES or number not in {None, own}:
                 raise CommandError(f"{what} are on device {number}: move them to device {own}, which has the rows")
             given = cuda.as_cuda_array(values, sync=False)
         else:

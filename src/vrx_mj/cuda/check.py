@@ -25,13 +25,13 @@ _WIND: dict[str, Any] = {
 }  # fmt: skip
 _SEA: dict[str, Any] = {"model": "jonswap", "sea_state": 2, "spreading": 10}
 _FEW, _SEED, _STEPS = 4, 7, 10
-_BOUNDS = {10: 1e-9, 60: 1e-6}
+_TOLERANCES = {10: 1e-9, 60: 1e-6}
 """How far rows may be from the CPU's [m, rad] after so many seconds: the processor's exponentials and angles differ in
 their last bits."""
-_OBSERVED = 1e-6
+_OBSERVATION_TOLERANCE = 1e-6
 """How far observations may be apart."""
 _ENVIRONMENT: dict[str, Any] = {"id": "vrx_mj.rl:vrx_mj/StationKeeping-v0", "waves": (0, 1), "wind_speed": (0, 6)}
-_ENVIRONMENTS, _WANTED = 262_144, 100e6
+_ENVIRONMENTS, _WANTED_RATE = 262_144, 100e6
 """Environments that are measured, and steps a second."""
 
 
@@ -59,7 +59,7 @@ _CASES = {
 class Extent(NamedTuple):
     """How much is compared and measured."""
 
-    seconds: Mapping[int, float] = _BOUNDS
+    seconds: Mapping[int, float] = _TOLERANCES
     """Bounds [m, rad] after so many seconds."""
     more: int = 256
     """Rows of which some are compared with the CPU's."""
@@ -141,8 +141,8 @@ class _Check:
             error = max(error, float(np.abs(torch.from_dlpack(found).cpu().numpy() - seen).max()))
             actions = np.full(seen.shape[:1] + here.single_action_space.shape, np.sin(0.1 * number), np.float32)
             seen, found = here.step(actions)[0], there.step(torch.from_numpy(actions).cuda())[0]
-        text = f"environments, {extent.episode} steps: {error:.1e} from the CPU's, within {_OBSERVED:.0e}"
-        self.judge(text, error <= _OBSERVED)
+        text = f"environments, {extent.episode} steps: {error:.1e} from the CPU's, within {_OBSERVATION_TOLERANCE:.0e}"
+        self.judge(text, error <= _OBSERVATION_TOLERANCE)
         n, warm, begun = _ENVIRONMENTS // extent.divisor, extent.launches, time.perf_counter()
         many = make(num_envs=n, device="cuda", **_ENVIRONMENT)
         observation = torch.from_dlpack(many.reset(seed=_SEED)[0])
@@ -154,7 +154,7 @@ class _Check:
             observation = torch.from_dlpack(many.step(observation[:, :4].tanh())[0])
         torch.cuda.synchronize()
         rate = n * 2 * warm / (time.perf_counter() - begun)
-        self.rate(f"StationKeeping, {n} environments with tensors, steps", rate, _WANTED)
+        self.rate(f"StationKeeping, {n} environments with tensors, steps", rate, _WANTED_RATE)
 
     def graph(self, world: World) -> None:
         """Steps that a CUDA graph replays beside plain calls."""

@@ -15,11 +15,11 @@ from vrx_mj.physics.vessel import HullMeshes, VesselWork, vessel_work
 from vrx_mj.runtime.row_tables import SEPARATE, RowTables, check_memory
 from vrx_mj.runtime.views import ARRAYS
 
-_PLAIN = ("time", "done", "features")
+_COMMON_ARRAYS = ("time", "done", "features")
 """Arrays of all rows to which no run leads."""
-_CHANGED = {*SEPARATE, "qpos", "qvel", "xfrc_applied"}
+_ROW_ARRAYS = {*SEPARATE, "qpos", "qvel", "xfrc_applied"}
 """Tables that a step changes: of threads that share a row, each has its own."""
-_MOVING = {*_CHANGED, *_PLAIN}
+_STATE_ARRAYS = {*_ROW_ARRAYS, *_COMMON_ARRAYS}
 
 
 class DeviceArray(Protocol):
@@ -63,7 +63,7 @@ class DeviceRows:
         self._twins: dict[str, DeviceArray] = {}
         each = sum(part.nbytes for part in self._work(0)) if self._marine else 0
         sizes = {name: host.nbytes for name, host in self._hosts()} | {"runs": rows.runs.nbytes}
-        more = (self.threads - 1) * sum(sizes[name] for name in sizes.keys() & {*_CHANGED, "runs"})
+        more = (self.threads - 1) * sum(sizes[name] for name in sizes.keys() & {*_ROW_ARRAYS, "runs"})
         self._check_memory(sum(sizes.values()) + more + rows.n * each)
         self.push()
 
@@ -77,7 +77,7 @@ class DeviceRows:
         """The host's arrays that are not empty, each with a name of its own."""
         rows = self._rows
         own = {f"{name}.{number}": table for number, (name, table) in enumerate(rows.own_tables())}
-        named = rows.free_stacks() | own | {name: getattr(rows, name) for name in _PLAIN}
+        named = rows.free_stacks() | own | {name: getattr(rows, name) for name in _COMMON_ARRAYS}
         return ((name, host) for name, host in named.items() if host.nbytes)
 
     def _work(self, row: int) -> VesselWork:
@@ -122,7 +122,7 @@ class DeviceRows:
     def _places(self, name: str, host: Table) -> list[int]:
         """Addresses of a table on the device for each of the threads that share a row."""
         first, more = _address(self.arrays[name]), self.threads - 1
-        if name not in _CHANGED or not more:
+        if name not in _ROW_ARRAYS or not more:
             return [first] * self.threads
         if name not in self._twins or self._twins[name].size * 4 != more * host.nbytes:
             shape = more * self._rows.n, host.nbytes // self._rows.n // 4
@@ -177,10 +177,10 @@ class DeviceRows:
         hosts = dict(self._hosts())
         sizes = {name: self.arrays[name].view(np.uint8).size for name in hosts if name in self.arrays}
         stacks = {name for name in hosts if "." not in name and len(hosts[name]) == self._rows.n}
-        own: dict[str, Any] = {name: hosts[name][which] for name in stacks if moving or name not in _MOVING}
+        own: dict[str, Any] = {name: hosts[name][which] for name in stacks if moving or name not in _STATE_ARRAYS}
         if sizes != {name: host.nbytes for name, host in hosts.items()}:
             self.pull()
-            for name in own.keys() & _MOVING:
+            for name in own.keys() & _STATE_ARRAYS:
                 hosts[name][which] = own[name]
             self.push()
         elif len(which):
@@ -202,7 +202,7 @@ class DeviceRows:
     def pull(self) -> None:
         """Copy what moves back to the host, when the device has done all that it was given."""
         for name, host in self._hosts():
-            if name in _MOVING:
+            if name in _STATE_ARRAYS:
                 flat = host.reshape(-1).view(np.uint8) if host.dtype.names else host
                 self.arrays[name].copy_to_host(flat, stream=self._stream)
         self._stream.synchronize()

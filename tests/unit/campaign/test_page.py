@@ -9,9 +9,9 @@ import pytest
 
 from campaigns import campaign_of, failed, scored
 from vrx_mj.campaign.page import (
-    _BEST,
-    _MIDDLE,
-    _WORST,
+    _BEST_COLOR,
+    _MIDDLE_COLOR,
+    _WORST_COLOR,
     SHAPES,
     LivePage,
     _breakable,
@@ -224,9 +224,11 @@ def test_a_live_page_is_written_again_after_five_seconds_or_a_hundred_times_what
     assert written == [(100.0, True), (106.3125, True), (207.3125, True)]
 
 
-@pytest.mark.parametrize(("better", "ends"), [("higher", (_WORST, _BEST)), ("lower", (_BEST, _WORST))])
+@pytest.mark.parametrize(
+    ("better", "ends"), [("higher", (_WORST_COLOR, _BEST_COLOR)), ("lower", (_BEST_COLOR, _WORST_COLOR))]
+)
 def test_colours_of_scores_go_from_the_worst_over_the_middle_to_the_best_in_straight_lines(better, ends):
-    scores, stops = (10.0, 12.5, 15.0, 17.5, 20.0), np.array((ends[0], _MIDDLE, ends[1]))
+    scores, stops = (10.0, 12.5, 15.0, 17.5, 20.0), np.array((ends[0], _MIDDLE_COLOR, ends[1]))
     expected = [stops[0], (stops[0] + stops[1]) / 2, stops[1], (stops[1] + stops[2]) / 2, stops[2]]
     for score, color in zip(scores, expected, strict=True):
         found = _color(score, scores, better).removeprefix("#")

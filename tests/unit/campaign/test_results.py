@@ -18,8 +18,8 @@ from campaigns import failed, scored
 from vrx_mj.campaign import results
 from vrx_mj.campaign.plan import Cell
 from vrx_mj.campaign.results import (
-    MOST,
-    TOLERANCE,
+    MAX_TRACK_POINTS,
+    TRACK_TOLERANCE,
     ResultStore,
     Tracks,
     read_results,
@@ -134,7 +134,7 @@ ROUNDING = 0.05 * math.sqrt(2.0)  # to a decimetre, both ways [m]
 @given(st.lists(st.tuples(st.floats(-500, 500), st.floats(-500, 500)), min_size=2, max_size=60))
 def test_a_simplified_track_stays_near_and_keeps_its_ends(places):
     line = simplified_track(places)
-    assert LineString(places).hausdorff_distance(LineString(line)) <= TOLERANCE + ROUNDING + 1e-6
+    assert LineString(places).hausdorff_distance(LineString(line)) <= TRACK_TOLERANCE + ROUNDING + 1e-6
     assert all(math.dist(line[end], places[end]) <= ROUNDING + 1e-9 for end in (0, -1))
 
 
@@ -147,7 +147,7 @@ def test_a_straight_way_needs_two_points():
 
 def test_a_long_curly_way_keeps_few_points():
     places = [(i * math.cos(i), i * math.sin(i)) for i in range(1500)]
-    assert 2 < len(simplified_track(places)) <= MOST
+    assert 2 < len(simplified_track(places)) <= MAX_TRACK_POINTS
 
 
 def test_the_table_has_a_column_for_each_thing_in_this_order(tmp_path):

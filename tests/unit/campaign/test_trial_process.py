@@ -122,7 +122,7 @@ def begin(monkeypatch, tmp_path, clock, log):
 
 @pytest.mark.parametrize(("forks", "how"), [(True, "fork"), (False, "spawn")])
 def test_it_begins_in_empty_folders_with_what_can_be_handed_on(begin, monkeypatch, tmp_path, forks, how):
-    monkeypatch.setattr(process, "FORKS", forks)
+    monkeypatch.setattr(process, "HAS_FORKSERVER", forks)
     sailing = begin(2, warm="a world", notes=["a warning"], owner="a pipe", together=True)
     assert sailing.started == [how, "made for _sail_here", "start", "close"]
     assert [(tmp_path / folder).exists() for folder in FOLDERS[:2]] == [True, False]
@@ -406,7 +406,7 @@ def test_the_server_has_loaded_everything_and_looks_where_this_process_does(monk
     process.start_server()
     assert "PYTHONPATH" not in os.environ
     assert paths == [os.pathsep.join(("/here", "/there"))] * 2
-    monkeypatch.setattr(process, "FORKS", False)
+    monkeypatch.setattr(process, "HAS_FORKSERVER", False)
     assert process.start_server() == "spawning"
 
 

@@ -40,7 +40,7 @@ def sail(monkeypatch, tmp_path, sailed):
             return SimpleNamespace(results=lambda: [one for one in found if one], is_over=True)
 
         monkeypatch.setattr(worker, "TrialProcess", process)
-        monkeypatch.setattr(worker, "FORKS", forks)
+        monkeypatch.setattr(worker, "HAS_FORKSERVER", forks)
         sailor = Worker(tmp_path, None)
         world = SimpleNamespace(parameters=SimpleNamespace(task=task))
         monkeypatch.setattr(sailor, "_prepare", lambda _trial: setattr(sailor, "_warm", SimpleNamespace(world=world)))
