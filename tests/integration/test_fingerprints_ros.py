@@ -54,7 +54,7 @@ def check_table(name, fleet, **options):
             f"{dialect} services": [[s.name, s.type, *s.dialects] for s in table.services.values()],
             f"{dialect} elsewhere": [text for pair in table.elsewhere.items() for text in pair],
         }
-    check("ros", f"table of {name}, {' '.join(map(str, options.values()))}", **found)
+    check("ros", f"table of {name} with {fleet}, {' '.join(map(str, options.values()))}", **found)
 
 
 @pytest.mark.parametrize(
