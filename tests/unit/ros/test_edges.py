@@ -1,11 +1,12 @@
 """Limits of networks, parameters and answers at N and at one more, and messages word for word."""
 
+import asyncio
 import errno
 import logging
 import socket
 from datetime import datetime
 from types import SimpleNamespace
-from xmlrpc.client import Binary
+from xmlrpc.client import Binary, Fault
 
 import numpy as np
 import psutil
@@ -15,11 +16,12 @@ from vrx_mj.errors import CommandError
 from vrx_mj.ros import limits, network, parameters
 from vrx_mj.ros.graph import Graph
 from vrx_mj.ros.interface import Command, Inbox, Output, RosInterface, Sent, Traffic
-from vrx_mj.ros.limits import ConnectionLimit, Counts, Mailbox, Outbox, Pace, Place
+from vrx_mj.ros.limits import ConnectionLimit, Counts, Intake, Mailbox, Outbox, Pace, Place
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.network import Notices, announced_address, own_names, refusal, shown_process, unreachable
 from vrx_mj.ros.parameters import Parameters, plain, value_size
-from vrx_mj.ros.ros1 import Ros1
+from vrx_mj.ros.ros1 import Ros1, connection
+from vrx_mj.ros.ros1.connection import HttpServer, Listener, decode_header, encode_header
 from vrx_mj.ros.ros_server import Lockstep
 
 FAR = "203.0.113.7"
@@ -361,3 +363,141 @@ def test_before_it_begins_ros_1_has_no_traffic_and_nothing_to_close(monkeypatch)
     monkeypatch.setenv("ROS_MASTER_URI", "http://far:1/")
     assert Ros1(graph).master_uri == "http://far:1"
     assert Ros1(graph, master_uri="http://near:2").master_uri == "http://near:2"
+
+
+# A caller's many calls, and connections that are too many
+
+
+def test_so_many_calls_may_come_in_one():
+    assert len(connection._calls([[0] * 1000])) == 1000
+    for wrong in ([[0] * 1001], [], [[], []], ["calls"]):
+        with pytest.raises(CommandError, match=r"^system\.multicall needs one list of at most 1000 calls$"):
+            connection._calls(wrong)
+
+
+def test_calls_in_one_are_answered_each_for_itself_and_up_to_so_many_bytes(monkeypatch):
+    def answer(method, values, host):
+        if method == "no":
+            raise Fault(1, "no such method")
+        return [1, host, values]
+
+    async def asked(*calls):
+        server = HttpServer("master", answer, ConnectionLimit(8), Notices())
+        return await server._call_method("system.multicall", [list(calls)], "h")
+
+    good, bad = {"methodName": "yes", "params": ["x" * 99]}, {"methodName": "no", "params": []}
+    found = asyncio.run(asked(good, bad, {"methodName": 5, "params": []}, {"methodName": "yes"}, "call"))
+    wrong = {"faultCode": 1, "faultString": "a call needs a name and a list of values"}
+    assert found[0] == [[1, "h", ["x" * 99]]]
+    assert found[1] == {"faultCode": 1, "faultString": "no such method"}
+    assert [found[2], found[4]] == [wrong] * 2
+    assert found[3]["faultString"] == "'params'"
+    size = value_size(found[0])
+    monkeypatch.setattr(connection, "_LARGEST_ANSWER", 2 * size)
+    assert len(asyncio.run(asked(good, good))) == 2
+    with pytest.raises(CommandError) as caught:
+        asyncio.run(asked(good, good, good))
+    assert str(caught.value) == f"system.multicall: answers of more than {2 * size} bytes"
+    with pytest.raises(CommandError, match=r"^an answer instead of a call$"):
+        asyncio.run(HttpServer("x", answer, ConnectionLimit(8), Notices())._call_method(None, [], "h"))
+
+
+class Wire:
+    """Both ends' streams of a connection from some host."""
+
+    def __init__(self, host="10.0.0.7"):
+        self.host, self.aborted, self.transport, self.options = host, 0, self, []
+        self.setsockopt = lambda *option: self.options.append(option)
+
+    def abort(self):
+        self.aborted += 1
+
+    def set_write_buffer_limits(self, high):
+        self.high = high
+
+    def get_extra_info(self, what):
+        return self if what == "socket" else (self.host, 4000)
+
+
+@pytest.mark.parametrize(
+    ("error", "line"),
+    [
+        (CommandError("too long"), "node: refused a request from 10.0.0.7: too long"),
+        (Fault(1, "odd"), "node: refused a request from 10.0.0.7: <Fault 1: 'odd'>"),
+        (TimeoutError(), None), (EOFError(), None), (OSError(), None), (None, None),
+    ],
+)  # fmt: skip
+def test_a_listener_says_why_a_peer_had_to_leave_and_gives_its_place_up(error, line):
+    notices, lines, seen = Notices(), [], []
+    notices.listener = lambda *what: lines.append(what)
+
+    async def serve(peer):
+        seen.append((peer.address("peername"), len(listener.tasks), dict(limit.inside)))
+        if error is not None:
+            raise error
+
+    async def run():
+        for one in wires:
+            await listener._serve_client(None, one)
+
+    limit = ConnectionLimit(8)
+    listener, wires = Listener("node", serve, limit, Intake(9), notices), [Wire(), Wire()]
+    asyncio.run(run())
+    assert seen == [(("10.0.0.7", 4000), 1, {"10.0.0.7": 1})] * 2
+    assert lines == ([("WARN", line)] if line else [])
+    assert (limit.inside, listener.tasks) == ({}, set())
+    assert [one.aborted for one in wires] == [1, 1]
+    assert wires[0].high == 0
+    values = {name: value for _, name, value in wires[0].options}
+    assert values[socket.SO_KEEPALIVE] == 1
+    if hasattr(socket, "TCP_KEEPIDLE"):  # who is gone without a word is missed within a minute
+        idle, period, count = (values[getattr(socket, f"TCP_KEEP{name}")] for name in ("IDLE", "INTVL", "CNT"))
+        assert (idle, idle + period * count) == (30, 60)
+
+
+def test_a_listener_refuses_what_is_too_much_and_says_nothing_once_it_is_closed():
+    notices, lines, seen = Notices(), [], []
+    notices.listener = lambda *what: lines.append(what)
+
+    async def serve(peer):
+        seen.append(peer)
+
+    async def run():
+        await listener._serve_client(None, wire)
+        listener._is_open = False
+        listener.connection_limit = ConnectionLimit(8)
+        await listener._serve_client(None, wire)
+        await listener.close()
+
+    listener, wire = Listener("node", serve, ConnectionLimit(0), Intake(9), notices), Wire("127.0.0.1")
+    asyncio.run(run())
+    assert (seen, wire.aborted) == ([], 2)
+    assert lines == [("WARN", "node: too many connections: refused one from 127.0.0.1")]
+
+
+def test_headers_are_read_to_their_last_byte():
+    whole = encode_header({"a": "1", "b": "x=y"})[4:]
+    assert decode_header(whole) == {"a": "1", "b": "x=y"}
+    for end, why in (
+        (len(whole) - 1, "a header's field has 5 bytes where 4 are left"),
+        (10, "truncated header: it ends inside the length of a field, at byte 7"),
+        (8, "truncated header: it ends inside the length of a field, at byte 7"),
+    ):
+        with pytest.raises(CommandError) as caught:
+            decode_header(whole[:end])
+        assert str(caught.value) == why
+    with pytest.raises(CommandError, match=r"^a header's field has no '='$"):
+        decode_header(b"\3\0\0\0abc")
+
+
+def test_a_node_that_is_forgotten_is_no_longer_this_processs_but_for_the_simulation():
+    graph = Graph(SimpleNamespace(), Inbox())
+    for node in ("/rosbridge/client_1", "/gazebo"):
+        graph.register("publisher", "/x", node, "std_msgs/Int8", latched=True)
+    graph.publish("/x", "std_msgs/Int8", new("std_msgs/Int8", data=5), "/rosbridge/client_1", latched=True)
+    assert graph.is_latched("/x")
+    graph.forget("/rosbridge/client_1")
+    assert (graph.local, graph.is_latched("/x")) == ({"/gazebo"}, False)
+    graph.forget("/gazebo")
+    assert graph.local == {"/gazebo"}
+    assert graph.topics() == {}
