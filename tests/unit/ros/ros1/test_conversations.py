@@ -445,43 +445,54 @@ def test_answers_of_the_master(method, values, answer):
     assert own.call(method, ("n" * 1024, *values))[0] == answer[0]
 
 
-def test_a_caller_of_a_master_has_its_namespace_and_waits_so_long(monkeypatch):
-    asked, now, answers = [], [0.0], {}
+@pytest.fixture
+def caller(monkeypatch):
+    """A caller of a made-up master, what it asked, and the answers that it gets; time goes on while it sleeps."""
+    one = SimpleNamespace(asked=[], now=0.0, answers={})
 
     class Proxy:
         def __init__(self, uri):
-            self.uri = uri
+            assert uri == URI
 
         async def call(self, *what):
-            asked.append(what)
-            answer = answers.get(what[0], [-1, "no", 0])
-            if isinstance(answer, Exception):
-                raise answer
-            return answer
+            one.asked.append(what)
+            return one.answers.get(what[0], [-1, "no", 0])
 
         def close(self):
             pass
 
     def sleep(seconds):
-        now[0] += seconds
+        one.now += seconds
 
     monkeypatch.setattr(tcpros, "Proxy", Proxy)
-    monkeypatch.setattr(tcpros, "time", SimpleNamespace(monotonic=lambda: now[0], sleep=sleep))
+    monkeypatch.setattr(tcpros, "time", SimpleNamespace(monotonic=lambda: one.now, sleep=sleep))
     monkeypatch.setenv("ROS_NAMESPACE", "/team/")
-    client = Client("me", URI)
+    one.client = Client("me", URI)
+    return one
+
+
+def test_a_caller_of_a_master_has_its_namespace(caller):
+    client = caller.client
     assert (client.name, client.namespace) == ("/team/me", "/team/")
     assert Client("me", URI, "").name == "/me"
     with pytest.raises(CommandError, match=rf"^no parameter /team/p at the master {URI}$"):
         client.parameter("p")
-    answers["getParam"] = [1, "", 7]
+    caller.answers["getParam"] = [1, "", 7]
     assert client.parameter("/p") == 7
-    assert asked == [("getParam", "/team/me", "/team/p"), ("getParam", "/team/me", "/p")]
+    assert caller.asked == [("getParam", "/team/me", "/team/p"), ("getParam", "/team/me", "/p")]
+    caller.answers["getParam"] = 5
+    with pytest.raises(NetworkError, match=rf"^no answer from a ROS master at {URI}: "):
+        client.parameter("p")
+
+
+def test_a_caller_waits_so_long_for_a_service_and_calls_it_by_its_type(caller, monkeypatch):
+    client = caller.client
     with pytest.raises(NetworkError, match=rf"^no service /s within 1 s at the master {URI}$"):
         client.wait("/s", 1.0)
-    assert now[0] == pytest.approx(1.2)
+    assert caller.now == pytest.approx(1.2)
     with pytest.raises(NetworkError, match=rf"^no service /s at the master {URI}$"):
         client.call("/s", TRIGGER, None)
-    answers["lookupService"] = [1, "", "rosrpc://h:1"]
+    caller.answers["lookupService"] = [1, "", "rosrpc://h:1"]
     client.wait("/s", 1.0)
 
     async def refused(*_):
@@ -498,6 +509,3 @@ def test_a_caller_of_a_master_has_its_namespace_and_waits_so_long(monkeypatch):
     with pytest.raises(CommandError, match=rf"^/s is of type a/B, not {TRIGGER}$"):
         client.call("/s", TRIGGER, None)
     assert client.call("/s", "a/B", "asked") == "asked"
-    answers["getParam"] = 5
-    with pytest.raises(NetworkError, match=rf"^no answer from a ROS master at {URI}: "):
-        client.parameter("p")

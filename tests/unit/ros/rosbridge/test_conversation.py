@@ -225,60 +225,67 @@ BETWEEN = [
 """A service of the second client, which the first one calls."""
 
 
-def conversation():
+async def play():
     """All that is said and heard."""
+    desk, found = Desk(), []
+    for about, said in SAID.items():
+        found += [[about, plain(one), await desk.hear(0, one)] for one in said]
+    found += await topics(desk)
+    found += [[number, one, await desk.hear(number, one)] for number, one in BETWEEN]
+    found += [[f"{seconds} s later", await desk.hear(0, None, seconds)] for seconds in (2.8, 0.2, 596.0, 2.0)]
+    found += await frames(desk)
+    desk.tasks[1].cancel()
+    found.append(["the second one leaves", await desk.hear(0, api("nodes")), await desk.hear(0, None, 3.0)])
+    assert all(one.is_open for one in desk.connections)
+    desk.tasks[0].cancel()
+    await asyncio.gather(*desk.tasks, return_exceptions=True)
+    return found
 
-    async def play():
-        desk, found = Desk(), []
-        for about, said in SAID.items():
-            found += [[about, plain(one), await desk.hear(0, one)] for one in said]
-        desk.publish(INFO, messages.new("std_msgs/String", data="ready for all that comes"), 2.5)
-        found.append(["a message in fragments and in CBOR", await desk.hear(0, None)])
-        for compression in ("none", "png", "cbor", "cbor-raw"):
-            await desk.hear(1, subscribe(IMU, compression=compression, id=compression))
-            for seconds in (1.5, 2.25):
-                desk.publish(IMU, imu(time=seconds), seconds)
-            found.append([compression, await desk.hear(1, None)])
-            await desk.hear(1, {"op": "unsubscribe", "topic": IMU})
-        scan = messages.new("sensor_msgs/LaserScan", ranges=np.arange(3.0, dtype=np.float32), intensities=[np.inf])
-        desk.offer(Output("/scan", "sensor_msgs/LaserScan", nothing))
-        for compression in ("none", "cbor"):
-            await desk.hear(1, subscribe("/scan", compression=compression, throttle_rate=500, queue_length=2))
-            for _ in range(5):
-                desk.publish("/scan", scan)
-            found.append([f"five scans in {compression}", await desk.hear(1, None), await desk.hear(1, None, 0.45)])
-            found.append([await desk.hear(1, None, 0.5), await desk.hear(1, {"op": "unsubscribe", "topic": "/scan"})])
-        found += [[number, one, await desk.hear(number, one)] for number, one in BETWEEN]
-        found += [[f"{seconds} s later", await desk.hear(0, None, seconds)] for seconds in (2.8, 0.2, 596.0, 2.0)]
-        desk.offer(Output("/tf", "tf2_msgs/TFMessage", nothing))
-        found.append(["frames", await desk.hear(0, call("/republish_tfs", FRAMES))])
-        found.append(["too often", await desk.hear(0, call("/republish_tfs", FRAMES | {"rate": 101.0}))])
-        await desk.hear(0, subscribe("/tf2_web_republisher/tf_repub_0"))
-        for shift in (0.0, 0.05, 0.2):
-            frames = [
-                {"header": {"frame_id": parent}, "child_frame_id": child,
-                 "transform": {"translation": {"x": 1.0 + shift}, "rotation": {"z": 0.6, "w": 0.8}}}
-                for parent, child in (("a", "b"), ("/b", "c"), ("x", "d"))
-            ]  # fmt: skip
-            desk.publish("/tf", message_of({"transforms": frames}, "tf2_msgs/TFMessage", 0.0, "/tf"))
-            found.append(["frames that have moved", shift, await desk.hear(0, None, 0.25)])
-        await desk.hear(0, {"op": "unsubscribe", "topic": "/tf2_web_republisher/tf_repub_0"})
-        for seconds in (0.9, 0.3):
-            found.append(["nobody listens", seconds, await desk.hear(0, api("subscribers", ["/tf"]), seconds)])
-        desk.tasks[1].cancel()
-        found.append(["the second one leaves", await desk.hear(0, api("nodes")), await desk.hear(0, None, 3.0)])
-        assert all(one.is_open for one in desk.connections)
-        desk.tasks[0].cancel()
-        await asyncio.gather(*desk.tasks, return_exceptions=True)
-        return found
 
-    with asyncio.Runner(loop_factory=Skipping) as runner:
-        return runner.run(play())
+async def topics(desk):
+    """Messages in every compression, and of a topic that is throttled."""
+    desk.publish(INFO, messages.new("std_msgs/String", data="ready for all that comes"), 2.5)
+    found = [["a message in fragments and in CBOR", await desk.hear(0, None)]]
+    for compression in ("none", "png", "cbor", "cbor-raw"):
+        await desk.hear(1, subscribe(IMU, compression=compression, id=compression))
+        for seconds in (1.5, 2.25):
+            desk.publish(IMU, imu(time=seconds), seconds)
+        found.append([compression, await desk.hear(1, None)])
+        await desk.hear(1, {"op": "unsubscribe", "topic": IMU})
+    scan = messages.new("sensor_msgs/LaserScan", ranges=np.arange(3.0, dtype=np.float32), intensities=[np.inf])
+    desk.offer(Output("/scan", "sensor_msgs/LaserScan", nothing))
+    for compression in ("none", "cbor"):
+        await desk.hear(1, subscribe("/scan", compression=compression, throttle_rate=500, queue_length=2))
+        for _ in range(5):
+            desk.publish("/scan", scan)
+        found.append([f"five scans in {compression}", await desk.hear(1, None), await desk.hear(1, None, 0.45)])
+        found.append([await desk.hear(1, None, 0.5), await desk.hear(1, {"op": "unsubscribe", "topic": "/scan"})])
+    return found
+
+
+async def frames(desk):
+    """Frames that a page asks for: those that have moved, until nobody listens."""
+    desk.offer(Output("/tf", "tf2_msgs/TFMessage", nothing))
+    found = [["frames", await desk.hear(0, call("/republish_tfs", FRAMES))]]
+    found.append(["too often", await desk.hear(0, call("/republish_tfs", FRAMES | {"rate": 101.0}))])
+    await desk.hear(0, subscribe("/tf2_web_republisher/tf_repub_0"))
+    for shift in (0.0, 0.05, 0.2):
+        moved = [
+            {"header": {"frame_id": parent}, "child_frame_id": child,
+             "transform": {"translation": {"x": 1.0 + shift}, "rotation": {"z": 0.6, "w": 0.8}}}
+            for parent, child in (("a", "b"), ("/b", "c"), ("x", "d"))
+        ]  # fmt: skip
+        desk.publish("/tf", message_of({"transforms": moved}, "tf2_msgs/TFMessage", 0.0, "/tf"))
+        found.append(["frames that have moved", shift, await desk.hear(0, None, 0.25)])
+    await desk.hear(0, {"op": "unsubscribe", "topic": "/tf2_web_republisher/tf_repub_0"})
+    asked = api("subscribers", ["/tf"])
+    return found + [["nobody listens", seconds, await desk.hear(0, asked, seconds)] for seconds in (0.9, 0.3)]
 
 
 def test_every_reply_is_what_it_was(monkeypatch):
     monkeypatch.setattr(server, "time", SimpleNamespace(perf_counter=lambda: 0.0))  # no message takes time
-    found = conversation()
+    with asyncio.Runner(loop_factory=Skipping) as runner:
+        found = runner.run(play())
     rows = [json.dumps(row, ensure_ascii=False) for row in found]
     if os.environ.get(WRITING):
         GOLDEN.write_text("[\n" + ",\n".join(rows) + "\n]\n", encoding="utf-8")
