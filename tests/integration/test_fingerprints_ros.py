@@ -8,6 +8,7 @@ import vrx_mj
 from fingerprints import check
 from integration.test_fingerprints_worlds import compiled
 from ros_scene import run, served
+from vrx_mj.ros.table import make_tables
 
 EVERYDAY = "marina"
 BY_NIGHT = {
@@ -18,6 +19,7 @@ BY_NIGHT = {
 }  # fmt: skip
 OF_THIS_MACHINE, LONG = ("image", "compressed", "camera", "description"), ("markers", "points", "scan")
 """Parts of the names of topics that a renderer draws or that name folders, and of long ones."""
+CLOCK = {"clock_rate": 100.0}
 
 
 def check_topics(name, fleet, seconds, but_for=OF_THIS_MACHINE):
@@ -38,6 +40,30 @@ def check_topics(name, fleet, seconds, but_for=OF_THIS_MACHINE):
     check("ros", f"{name} for {seconds} s", **found)
 
 
+def check_table(name, fleet, **options):
+    """All entries of both tables, with what is served of them and how often."""
+    tables = make_tables(served(vrx_mj.Simulation(compiled(name, fleet=fleet), seed=3), **options).server, **CLOCK)
+    found = {}
+    for dialect, table in tables.items():
+        found |= {
+            f"{dialect} outputs": [
+                [o.name, o.type, o.rate, o.latched, o.recorded, o.sensor, o.blind is None, *o.dialects]
+                for o in table.outputs.values()
+            ],
+            f"{dialect} inputs": [[i.name, i.type, i.boat, *i.dialects] for i in table.inputs.values()],
+            f"{dialect} services": [[s.name, s.type, *s.dialects] for s in table.services.values()],
+            f"{dialect} elsewhere": [text for pair in table.elsewhere.items() for text in pair],
+        }
+    check("ros", f"table of {name} with {fleet}, {' '.join(map(str, options.values()))}", **found)
+
+
+@pytest.mark.parametrize(
+    "options", [{}, {"truth": True, "cmd_vel": "velocity"}, {"localization": "navigator", "cmd_vel": "off"}], ids=str
+)
+def test_tables_have_the_topics_and_rates_that_they_had(options):
+    check_table(EVERYDAY, "trio", **options)
+
+
 def test_topics_carry_what_they_did():
     check_topics(EVERYDAY, None, 0.3, (*OF_THIS_MACHINE, *LONG))
 
@@ -47,3 +73,4 @@ def test_topics_carry_what_they_did():
 def test_so_do_those_of_other_worlds():
     for name, fleet in BY_NIGHT.items():
         check_topics(name, fleet, 3.0)
+        check_table(name, fleet)

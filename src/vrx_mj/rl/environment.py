@@ -45,21 +45,21 @@ from vrx_mj.rl.problems import PROBLEMS, SCORE
 from vrx_mj.runtime.batch import Batch, Engine
 
 _Random = list[np.random.Generator]
-SUNK = 2.0
+SINKING_DEPTH = 2.0
 """A boat is sunk when it is so much deeper under the surface at its place than where it floats at rest [m]."""
-CAPSIZED = np.radians(90.0)
+CAPSIZE_ANGLE = np.radians(90.0)
 """A boat has capsized when its mast leans by more than this from the vertical [rad]."""
 _ABSENT_DISTANCE, _ABSENT_SPACING = 1e4, 200.0
 """Distance of absent boats north-east of all others, and from each other [m]; waves and wind move them."""
-FREE = 8.0
+MIN_JOINING_DISTANCE = 8.0
 """A boat joins at a place that no other is nearer to [m]."""
-_TRIES = 20
+_MAX_TRIES = 20
 """Number of places tried in a step; a boat that finds none waits for the next."""
 _NEVER = 1 << 62
 """Step in which a boat leaves that does not."""
-BOUND = 5.0
+MAX_OBSERVATION = 5.0
 """Observations are clipped to this magnitude, in their units."""
-LEAST_LEFT = 100
+MIN_STEPS_LEFT = 100
 """Steps, at least, that a lost boat is taken to have left: 10 s."""
 _SPACING = 12.0
 """Distance between boats where a fleet is compiled [m]; problems but `Score` put them elsewhere."""
@@ -86,14 +86,14 @@ class LostBoats(RowArrays):
 
     def sunk_boats(self) -> BoolArray:
         """Which boats are under water."""
-        deep: BoolArray = self._heights() - self._rest < -SUNK
+        deep: BoolArray = self._heights() - self._rest < -SINKING_DEPTH
         return deep
 
     def capsized_boats(self) -> BoolArray:
         """Which boats lie upside down, or nearly so."""
         features = self.seen.features
         x, y = features[..., 4], features[..., 5]
-        over: BoolArray = 1.0 - 2.0 * (x * x + y * y) < np.cos(CAPSIZED)
+        over: BoolArray = 1.0 - 2.0 * (x * x + y * y) < np.cos(CAPSIZE_ANGLE)
         return over
 
     def _heights(self) -> FloatArray:
@@ -172,10 +172,10 @@ class Roster(RowArrays):
 
     def _free(self, row: int, boat: int, team: Team, joined: BoolArray, random: np.random.Generator) -> Spot | None:
         others = self.present[row] | joined
-        for _ in range(_TRIES):
+        for _ in range(_MAX_TRIES):
             spot = self._problem.entrance(row, boat, random)
             gaps = np.hypot(team.x[row, others] - spot[0], team.y[row, others] - spot[1])
-            if (gaps >= FREE).all():
+            if (gaps >= MIN_JOINING_DISTANCE).all():
                 return spot
         return None
 
@@ -350,7 +350,7 @@ class Environment:
         self.begin(~going)
         acted = self.roster.present & going[:, None]
         self._last = np.where(acted[..., None], actions, np.float32(0.0))
-        forfeit = self.problem.forfeit(np.maximum(self._horizon - self.steps, LEAST_LEFT))
+        forfeit = self.problem.forfeit(np.maximum(self._horizon - self.steps, MIN_STEPS_LEFT))
         diverged = self._advance(going)
         counts = acted & ~diverged[:, None]
         sunk, capsized = self.lost_boats.sunk_boats() & counts, self.lost_boats.capsized_boats() & counts
@@ -389,7 +389,7 @@ class Environment:
         parts: tuple[npt.NDArray[np.floating], ...] = team.own, self._last, self.problem.observe(team)
         if self._neighbours is not None:
             parts = (*parts, self._neighbours.observe(team))
-        whole = (np.concatenate(parts, axis=-1) / self._scales).clip(-BOUND, BOUND)
+        whole = (np.concatenate(parts, axis=-1) / self._scales).clip(-MAX_OBSERVATION, MAX_OBSERVATION)
         whole[np.isnan(whole)] = 0.0
         observed: Floats32 = whole.astype(np.float32)
         return observed if self._neighbours is None else np.where(team.present[..., None], observed, np.float32(0.0))

@@ -12,7 +12,7 @@ from vrx_mj.arguments import check_name
 from vrx_mj.arrays import BoolArray, ByteArray, FloatArray
 from vrx_mj.errors import quote
 from vrx_mj.mjcf.compile import Source
-from vrx_mj.rl.environment import BOUND, Environment, Floats32, Info, ProblemRows
+from vrx_mj.rl.environment import MAX_OBSERVATION, Environment, Floats32, Info, ProblemRows
 from vrx_mj.rl.options import (
     PERIOD,
     Device,
@@ -115,7 +115,9 @@ class VectorEnv(ProblemRows, gymnasium.vector.VectorEnv[Floats32, Floats32, npt.
             threads=threads, engine=engine, size=(width, height), variety=variety,
         )  # fmt: skip
         box = gymnasium.spaces.Box
-        self.single_observation_space = box(-BOUND, BOUND, (len(self.observation_names),), np.float32)
+        self.single_observation_space = box(
+            -MAX_OBSERVATION, MAX_OBSERVATION, (len(self.observation_names),), np.float32
+        )
         self.single_action_space = box(-1.0, 1.0, (self._core.actions.most,), np.float32)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)

@@ -12,7 +12,7 @@ from vrx_mj.rl.problem import Entry, Team
 _Keys = npt.NDArray[np.uint64]
 FEATURES = 7
 """Numbers that are observed of a neighbour."""
-_DRAWS = 5
+_NOISE_DRAWS = 5
 """Normal numbers that an observation of one boat takes: two of its place, two of its velocity, one of its heading."""
 
 
@@ -83,7 +83,9 @@ class Neighbours:
         boats = len(self._pairs)
         pair = self._pairs[np.arange(boats)[None, :, None], order]
         step = self._step.astype(np.uint64)[:, None, None] * np.uint64(boats * boats)
-        counters = ((step + pair)[..., None] * np.uint64(_DRAWS) + np.arange(_DRAWS, dtype=np.uint64)).astype(np.uint64)
+        counters = (
+            (step + pair)[..., None] * np.uint64(_NOISE_DRAWS) + np.arange(_NOISE_DRAWS, dtype=np.uint64)
+        ).astype(np.uint64)
         place, velocity, heading = self._view.noise
         drawn = normals(self._key[:, None, None, None], counters) * (place, place, velocity, velocity, heading)
         return np.concatenate((drawn[..., :2], drawn[..., 4:], drawn[..., 2:4], np.zeros((*order.shape, 1))), axis=-1)

@@ -14,11 +14,11 @@ from vrx_mj.mjcf.world import World
 from vrx_mj.rl.problem import Rows
 from vrx_mj.sensors.camera import Cameras
 
-_BEHIND, _ABOVE, _DOWN = 12.0, 6.0, 0.35
+_CAMERA_BEHIND, _CAMERA_ABOVE, _CAMERA_DOWN = 12.0, 6.0, 0.35
 """Place of the camera behind and above a boat [m], and by how much it looks down [rad]."""
-_PITCH = 0.5
+_TEAM_PITCH = 0.5
 """Angle by which the camera of a team looks down, to the north [rad]."""
-_NEAREST, _ROOM = 14.0, 1.1
+_MIN_CAMERA_DISTANCE, _CAMERA_DISTANCE_FACTOR = 14.0, 1.1
 """Distance of that camera from the team's middle, at least [m], and for each m of the team's radius."""
 _COLUMNS = 80
 """Width of a picture in the terminal [characters]."""
@@ -45,17 +45,17 @@ class Picture:
         """The picture (height, width, 3) of a row, from behind and above its first boat."""
         x, y, _, w, qx, qy, z = rows.features[row, 0, :7]
         yaw = float(np.arctan2(2 * (w * z + qx * qy), 1 - 2 * (qy * qy + z * z)))
-        place = np.array([x - _BEHIND * np.cos(yaw), y - _BEHIND * np.sin(yaw), _ABOVE])
-        return self._image(rows, row, place, (0.0, _DOWN, yaw))
+        place = np.array([x - _CAMERA_BEHIND * np.cos(yaw), y - _CAMERA_BEHIND * np.sin(yaw), _CAMERA_ABOVE])
+        return self._image(rows, row, place, (0.0, _CAMERA_DOWN, yaw))
 
     def from_south(self, rows: Rows, row: int, present: BoolArray) -> ByteArray:
         """The picture (height, width, 3) of a row, from the south, with all boats that are present, (boats,)."""
         places = rows.features[row, present, :2]
         low, high = (places.min(axis=0), places.max(axis=0)) if len(places) else (np.zeros(2), np.zeros(2))
-        away = _NEAREST + _ROOM * 0.5 * float(np.hypot(*(high - low)))
+        away = _MIN_CAMERA_DISTANCE + _CAMERA_DISTANCE_FACTOR * 0.5 * float(np.hypot(*(high - low)))
         x, y = (low + high) / 2.0
-        place = np.array([x, y - away * np.cos(_PITCH), away * np.sin(_PITCH)])
-        return self._image(rows, row, place, (0.0, _PITCH, np.pi / 2))
+        place = np.array([x, y - away * np.cos(_TEAM_PITCH), away * np.sin(_TEAM_PITCH)])
+        return self._image(rows, row, place, (0.0, _TEAM_PITCH, np.pi / 2))
 
     def _image(self, rows: Rows, row: int, place: FloatArray, turned: tuple[float, float, float]) -> ByteArray:
         """The picture from a place (3,) [m], by the camera's roll, pitch and yaw [rad]; x is forward."""

@@ -21,11 +21,11 @@ from vrx_mj.runtime.commands import ANGLE_SUFFIX
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.sensors.sea import wave_table
 
-_HEIGHT = 0.1
+_JOINING_HEIGHT = 0.1
 """Height of a boat's origin over the water where it joins [m]."""
-CLEAR = 6.0
+MIN_CLEARANCE = 6.0
 """Distance between two boats' origins below which they are too near [m]; a WAM-V is 4.9 m long."""
-LOSS = 20.0
+MIN_LOSS = 20.0
 """Reward that a boat forfeits by sinking or capsizing, at least."""
 
 
@@ -85,7 +85,7 @@ class RefereedRow:
     def afloat(self, boat: str, places: FloatArray, rows: IntArray) -> tuple[FloatArray, FloatArray]:
         """Poses and velocities, (rows, 6), of a boat at x, y and yaw, (rows, 3), as high as VRX spawns it."""
         x, y, yaw = places.T
-        none, height = np.zeros_like(x), self.sim.sea.height(x, y, self.sim.time) + _HEIGHT
+        none, height = np.zeros_like(x), self.sim.sea.height(x, y, self.sim.time) + _JOINING_HEIGHT
         return np.stack((x, y, height, none, none, yaw), axis=1), np.zeros((len(x), 6))
 
     def reset(self, rows: IntArray, *, seed: list[int]) -> None:
@@ -311,9 +311,9 @@ class Problem(RowArrays, ABC):
         """What each boat forfeits that is lost, (n, boats), with so many steps of its episode left, (n,).
 
         At least as much as the rest of the episode could cost a boat that stays where it is: to end an episode by
-        sinking is never better than to go on. Here: nothing is charged for time, and `LOSS` is a drift of 200 m.
+        sinking is never better than to go on. Here: nothing is charged for time, and `MIN_LOSS` is a drift of 200 m.
         """
-        return np.repeat(np.where(left > 0, LOSS, 0.0)[:, None], self.size, axis=1)
+        return np.repeat(np.where(left > 0, MIN_LOSS, 0.0)[:, None], self.size, axis=1)
 
 
 def team_of(features: FloatArray, wind: FloatArray, present: BoolArray) -> Team:
@@ -351,7 +351,7 @@ def mean_of(values: FloatArray, who: BoolArray) -> FloatArray:
     return mean
 
 
-def boats_too_near(team: Team, distance: float = CLEAR) -> BoolArray:
+def boats_too_near(team: Team, distance: float = MIN_CLEARANCE) -> BoolArray:
     """Boats that are nearer than `distance` [m] to another one, (n, boats)."""
     gaps = np.hypot(team.x[:, :, None] - team.x[:, None], team.y[:, :, None] - team.y[:, None])
     both = team.present[:, :, None] & team.present[:, None] & ~np.eye(team.x.shape[1], dtype=np.bool_)

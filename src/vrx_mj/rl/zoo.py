@@ -15,7 +15,7 @@ from vrx_mj.arrays import BoolArray, ByteArray, FloatArray
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.mjcf.compile import Source
 from vrx_mj.packages import importing
-from vrx_mj.rl.environment import BOUND, Environment, Floats32, Info, ProblemRows, TeamOptions
+from vrx_mj.rl.environment import MAX_OBSERVATION, Environment, Floats32, Info, ProblemRows, TeamOptions
 from vrx_mj.rl.options import (
     PERIOD,
     ActionError,
@@ -222,9 +222,11 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
         self._begun = False
         size, names = len(self._rows.observation_names), self._rows.action_names
         box = gymnasium.spaces.Box
-        self.observation_spaces = {boat: box(-BOUND, BOUND, (size,), np.float32) for boat in self.possible_agents}
+        self.observation_spaces = {
+            boat: box(-MAX_OBSERVATION, MAX_OBSERVATION, (size,), np.float32) for boat in self.possible_agents
+        }
         self.action_spaces = {boat: box(-1.0, 1.0, (len(names[boat]),), np.float32) for boat in self.possible_agents}
-        self.state_space = box(-BOUND, BOUND, (len(self.possible_agents) * size,), np.float32)
+        self.state_space = box(-MAX_OBSERVATION, MAX_OBSERVATION, (len(self.possible_agents) * size,), np.float32)
         self._most = max(len(channels) for channels in names.values())
         self._seen = np.zeros((len(self.possible_agents), size), np.float32)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vrx_mj.rl import VectorEnv
-from vrx_mj.rl.environment import LEAST_LEFT, Actions
+from vrx_mj.rl.environment import MIN_STEPS_LEFT, Actions
 
 STEPS = 3
 
@@ -49,7 +49,7 @@ def test_what_has_diverged_ends_and_forfeits_what_a_lost_boat_does(env):
     for _, reward, done, cut, info in steps(env, STEPS):
         assert np.isfinite(reward).all()
         if info["diverged"][1]:
-            assert reward[1] < -0.1 * 10 * LEAST_LEFT
+            assert reward[1] < -0.1 * 10 * MIN_STEPS_LEFT
             assert (bool(done[1]), bool(cut[1])) == (True, False)
             assert not done[0]
             return

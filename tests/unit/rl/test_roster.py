@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from vrx_mj.rl.environment import FREE, Roster
+from vrx_mj.rl.environment import MIN_JOINING_DISTANCE, Roster
 
 BOATS, MOST = 4, 40
 
@@ -98,10 +98,10 @@ def test_a_boat_joins_when_its_time_has_come_and_its_world_goes_on():
 
 def test_a_boat_joins_only_where_no_other_is_near():
     """The first three places are next to a boat each, though far from all others."""
-    near = [(20.0 * boat + FREE - 0.1, 0.0, 0.0, 0.0) for boat in range(3)]
-    roster, batch = late(1, *near, (20.0, FREE + 0.1, 0.0, 0.0))
+    near = [(20.0 * boat + MIN_JOINING_DISTANCE - 0.1, 0.0, 0.0, 0.0) for boat in range(3)]
+    roster, batch = late(1, *near, (20.0, MIN_JOINING_DISTANCE + 0.1, 0.0, 0.0))
     assert join(roster, 1)
-    assert batch.put[0, "d"][:2] == pytest.approx((20.0, FREE + 0.1))
+    assert batch.put[0, "d"][:2] == pytest.approx((20.0, MIN_JOINING_DISTANCE + 0.1))
 
 
 def test_a_boat_that_finds_no_room_waits():

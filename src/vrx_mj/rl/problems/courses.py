@@ -10,15 +10,15 @@ from vrx_mj.rl.problem import Entry, Judged, Problem, Rows, Spot, Team, point, p
 
 _GOAL_DISTANCE = 10.0
 """Greatest distance of the pose to hold from the start [m]."""
-_LEGS = (10.0, 25.0)
+_LEG_LENGTHS = (10.0, 25.0)
 """Distances from one waypoint to the next, least and greatest [m]."""
-_REACHED = 1.5
+_WAYPOINT_TOLERANCE = 1.5
 """A waypoint is reached when VRX's error of its pose is below this [m]."""
 _GATE_DISTANCES = (15.0, 25.0)
 """Least and largest distance from one gate to the next [m]."""
 _MAX_BEND = np.radians(40.0)
 """Largest bend between one gate and the next, either way [rad]."""
-_WIDTH = 10.0
+_GATE_WIDTH = 10.0
 """Width of a gate [m]; VRX's are 10 to 20 m wide."""
 
 
@@ -131,7 +131,7 @@ class Wayfinding(Course):
         place = np.zeros(2)
         for number in range(self.count):
             bearing = random.uniform(-np.pi, np.pi)
-            place = place + random.uniform(*_LEGS) * np.array([np.cos(bearing), np.sin(bearing)])
+            place = place + random.uniform(*_LEG_LENGTHS) * np.array([np.cos(bearing), np.sin(bearing)])
             self._points[row, number] = *place, random.uniform(-np.pi, np.pi)
         return [(0.0, 0.0, random.uniform(-np.pi, np.pi), 0.0)]
 
@@ -150,7 +150,7 @@ class Wayfinding(Course):
     def judge(self, team: Team, going: BoolArray) -> Judged:
         """Gain by what the error has become less."""
         error = self._now(team)
-        there = (error < _REACHED) & (self._at < self.count)
+        there = (error < _WAYPOINT_TOLERANCE) & (self._at < self.count)
         reward = 0.1 * (self._error - error) + 5.0 * there
         self._at += there
         self._error = self._now(team)
@@ -216,8 +216,8 @@ class FollowPath(Course):
     def observe(self, team: Team) -> FloatArray:
         """The ends of the present gate and the middle of the next from the boat."""
         x, y, course = self._point(0)
-        left, right = x - 0.5 * _WIDTH * np.sin(course), x + 0.5 * _WIDTH * np.sin(course)
-        up, down = y + 0.5 * _WIDTH * np.cos(course), y - 0.5 * _WIDTH * np.cos(course)
+        left, right = x - 0.5 * _GATE_WIDTH * np.sin(course), x + 0.5 * _GATE_WIDTH * np.sin(course)
+        up, down = y + 0.5 * _GATE_WIDTH * np.cos(course), y - 0.5 * _GATE_WIDTH * np.cos(course)
         next_x, next_y, _ = self._point(1)
         parts = (*team.toward(left, up), *team.toward(right, down), *team.toward(next_x, next_y), self._more())
         return np.stack(parts, axis=-1)
@@ -228,7 +228,7 @@ class FollowPath(Course):
         reward = 0.1 * (self._gap - gap)
         over = (self._along < 0.0) & (along >= 0.0) & (self._at < self.count)
         share = np.where(over, -self._along / np.where(over, along - self._along, 1.0), 0.0)
-        passed = over & (np.abs(self._aside + share * (aside - self._aside)) <= 0.5 * _WIDTH)
+        passed = over & (np.abs(self._aside + share * (aside - self._aside)) <= 0.5 * _GATE_WIDTH)
         reward += np.where(over, np.where(passed, 2.0 + self._in_a_row, -2.0), 0.0)
         self._passed += passed
         self._missed += over & ~passed

@@ -13,9 +13,9 @@ from vrx_mj.rl.problem import Entry, Judged, Problem, Rows, Spot, Team, open_wat
 
 _START_DISTANCES = (8.0, 18.0)
 """Least and largest distance of the start from the bay's mouth [m]."""
-_BESIDE = 6.0
+_MAX_START_OFFSET = 6.0
 """Greatest distance of the start from the bay's axis [m]."""
-_TURNED = np.radians(60.0)
+_MAX_START_ANGLE = np.radians(60.0)
 """Greatest angle between the bow and the bay's axis at the start [rad]."""
 _HOLD_TIME = 3.0
 """Time inside after which a boat has docked [s]."""
@@ -23,7 +23,7 @@ _APPROACH_RADIUS = 5.0
 """Distance from the middle of the bay's zone within which the speed of the approach counts [m]."""
 _FULL_SPEED, _ZERO_SPEED = 1.0, 2.0
 """Speed up to which docking earns everything, and from which it earns nothing [m/s]."""
-_WORTH = 10.0
+_DOCKING_REWARD = 10.0
 """Greatest reward for having docked."""
 
 
@@ -64,9 +64,9 @@ class Docking(Problem):
     def start(self, row: int, random: np.random.Generator) -> list[Spot]:
         """A bay, and a place before it."""
         self._goal[row] = x, y, inward, _, _, mouth = self._bays[int(random.integers(len(self._bays)))]
-        away, beside = mouth + random.uniform(*_START_DISTANCES), random.uniform(-_BESIDE, _BESIDE)
+        away, beside = mouth + random.uniform(*_START_DISTANCES), random.uniform(-_MAX_START_OFFSET, _MAX_START_OFFSET)
         start = x - away * np.cos(inward) - beside * np.sin(inward), y - away * np.sin(inward) + beside * np.cos(inward)
-        return [(*start, inward + random.uniform(-_TURNED, _TURNED), 0.0)]
+        return [(*start, inward + random.uniform(-_MAX_START_ANGLE, _MAX_START_ANGLE), 0.0)]
 
     def begin(self, who: BoolArray, team: Team) -> None:
         """No boat has held yet."""
@@ -90,7 +90,7 @@ class Docking(Problem):
         self._fastest = np.where(near, np.maximum(self._fastest, np.where(going, speed, 0.0)), 0.0)
         held, cost = np.where(self._inside, self._held + going, 0), _cost(along, aside)
         docked = held >= round(_HOLD_TIME / PERIOD)
-        worth = _WORTH * np.clip((_ZERO_SPEED - self._fastest) / (_ZERO_SPEED - _FULL_SPEED), 0.0, 1.0)
+        worth = _DOCKING_REWARD * np.clip((_ZERO_SPEED - self._fastest) / (_ZERO_SPEED - _FULL_SPEED), 0.0, 1.0)
         reward = 0.1 * (self._cost - cost) + 0.1 * (held - self._held) + worth * docked
         self._cost, self._held = cost, held
         return Judged(reward, docked)

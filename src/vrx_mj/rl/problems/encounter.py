@@ -14,21 +14,21 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
-from vrx_mj.rl.problem import CLEAR, Entry, Judged, Problem, Rows, Spot, Team, point, wrap_angle
+from vrx_mj.rl.problem import MIN_CLEARANCE, Entry, Judged, Problem, Rows, Spot, Team, point, wrap_angle
 
 HEAD_ON, GIVE_WAY, STAND_ON, OVERTAKING, OVERTAKEN = range(5)
 ROLES = ("head-on", "gives way", "stands on", "overtaking", "overtaken")
-_ABAFT = np.radians(112.5)
+_ABAFT_BEARING = np.radians(112.5)
 """Who comes from more than 22.5 degrees abaft the beam is overtaking: rule 13 (b)."""
-_NEARLY = np.radians(15.0)
+_HEAD_ON_ANGLE = np.radians(15.0)
 """Courses so near to reciprocal are nearly so, and who is so near the bow is nearly ahead; rule 14 gives no number."""
-_READILY = np.radians(30.0)
+_APPARENT_TURN = np.radians(30.0)
 """An alteration of course that is readily apparent (rule 8 (b)), and departs wholly from a course that is kept."""
-_AHEAD = 18.0
+_COLLISION_TIME = 18.0
 """Time from the start to the collision if both kept on [s]."""
 _GOAL_DISTANCE = 20.0
 """Distance of a goal from the point where the boats would collide [m]."""
-_SPEED, _SLOW, _FAST = 1.5, 0.8, 2.0
+_MEETING_SPEED, _OVERTAKEN_SPEED, _OVERTAKING_SPEED = 1.5, 0.8, 2.0
 """Speeds of who meets or crosses, is overtaken, and overtakes [m/s]."""
 _SAFE_DISTANCE = 15.0
 """Closest approach beyond which nothing is lost [m]."""
@@ -36,7 +36,7 @@ _ACTION_DISTANCE = 15.0
 """Distance within which, with risk of collision, the stand-on vessel may act [m]: rule 17 (a) (ii), (b)."""
 _GOAL_RADIUS = 5.0
 """Distance from its goal within which a boat has arrived [m]."""
-_OPENING = 1.0
+_PASSED_DISTANCE = 1.0
 """Distance beyond the closest approach at which boats that are behind each other have passed [m]; waves shake them by
 less."""
 
@@ -53,9 +53,9 @@ def roles(bearing: FloatArray, yaw: FloatArray) -> IntArray:
     stern sector overtakes, unless the other is in its own as well (13). Else who has the other to starboard gives way
     (15), and the other one stands on (17).
     """
-    reciprocal = np.abs(np.abs(wrap_angle(yaw[:, :1] - yaw[:, 1:])) - np.pi) <= _NEARLY
-    head_on = reciprocal & (np.abs(bearing) <= _NEARLY).all(axis=1, keepdims=True)
-    astern = np.abs(bearing) > _ABAFT
+    reciprocal = np.abs(np.abs(wrap_angle(yaw[:, :1] - yaw[:, 1:])) - np.pi) <= _HEAD_ON_ANGLE
+    head_on = reciprocal & (np.abs(bearing) <= _HEAD_ON_ANGLE).all(axis=1, keepdims=True)
+    astern = np.abs(bearing) > _ABAFT_BEARING
     overtaken = astern & ~astern[:, ::-1]
     crossing = np.where(bearing < 0.0, GIVE_WAY, STAND_ON)
     role: IntArray = np.select([np.repeat(head_on, 2, axis=1), overtaken, overtaken[:, ::-1]],
@@ -96,7 +96,7 @@ def departure(turn: FloatArray, speed: FloatArray, speed_before: FloatArray) -> 
     `turn` [rad] from that course over 30 degrees, plus the change of speed over the speed before.
     """
     slower = np.abs(speed - speed_before) / np.maximum(speed_before, 0.5)
-    share: FloatArray = np.minimum(np.abs(turn) / _READILY + slower, 1.0)
+    share: FloatArray = np.minimum(np.abs(turn) / _APPARENT_TURN + slower, 1.0)
     return share
 
 
@@ -163,11 +163,17 @@ class Encounter(Problem):
         kind, course, side = int(random.integers(3)), random.uniform(-np.pi, np.pi), random.choice((-1.0, 1.0))
         apart = (np.radians(180.0 + random.uniform(-5.0, 5.0)), side * np.radians(random.uniform(50.0, 130.0)),
                  np.radians(random.uniform(-10.0, 10.0)))[kind]  # fmt: skip
-        ways = [(course, _FAST if kind == 2 else _SPEED), (course + apart, _SLOW if kind == 2 else _SPEED)]
+        ways = [
+            (course, _OVERTAKING_SPEED if kind == 2 else _MEETING_SPEED),
+            (course + apart, _OVERTAKEN_SPEED if kind == 2 else _MEETING_SPEED),
+        ]
         if random.random() < 0.5:
             ways.reverse()
         self._goals[row] = [(_GOAL_DISTANCE * np.cos(way), _GOAL_DISTANCE * np.sin(way)) for way, _ in ways]
-        return [(-_AHEAD * speed * np.cos(way), -_AHEAD * speed * np.sin(way), way, speed) for way, speed in ways]
+        return [
+            (-_COLLISION_TIME * speed * np.cos(way), -_COLLISION_TIME * speed * np.sin(way), way, speed)
+            for way, speed in ways
+        ]
 
     def begin(self, who: BoolArray, team: Team) -> None:
         """The roles of both."""
@@ -196,7 +202,7 @@ class Encounter(Problem):
         far, gap, both = self._distances(team), _gap(team), team.present.all(axis=1)
         meet = both & going
         self._follow(team, gap, meet)
-        fault, touched = self._faults(team, gap, meet), meet & (gap < CLEAR)
+        fault, touched = self._faults(team, gap, meet), meet & (gap < MIN_CLEARANCE)
         self._collided |= touched
         inside = (far < _GOAL_RADIUS) & team.present & ~touched[:, None]
         leaves = inside & (self._passed | ~both)[:, None]
@@ -222,7 +228,7 @@ class Encounter(Problem):
     def _faults(self, team: Team, gap: FloatArray, meet: BoolArray) -> FloatArray:
         """(n, 2), 0 to 1; none once they have passed. What the stand-on vessel departs is added up for its score."""
         time, distance = approach(team.x, team.y, *team.velocity())
-        port = np.clip(wrap_angle(team.yaw - self._course) / _READILY, 0.0, 1.0)
+        port = np.clip(wrap_angle(team.yaw - self._course) / _APPARENT_TURN, 0.0, 1.0)
         risk = np.clip(1.0 - distance / _SAFE_DISTANCE, 0.0, 1.0)[:, None]
         clear = np.minimum(risk + np.where(self._role == HEAD_ON, port, 0.0), 1.0)
         off = departure(wrap_angle(team.yaw - self._course), _speeds(team), self._speed)
@@ -241,12 +247,12 @@ class Encounter(Problem):
         now = bearings(team.x, team.y, team.yaw)
         self._bearing = np.where(nearer[:, None], now, self._bearing)
         behind = gone_by(self._role, team.x, team.y, self._course)
-        self._passed = np.where(meet, behind & (gap > self._closest + _OPENING), self._passed)
+        self._passed = np.where(meet, behind & (gap > self._closest + _PASSED_DISTANCE), self._passed)
 
     def _scores(self) -> FloatArray:
         """The present scores, (n, 2): 0 until the boats have passed, and after a collision."""
         kept = 1.0 - self._held / np.maximum(self._steps, 1)[:, None]
-        safe = range_score(self._closest, CLEAR, _SAFE_DISTANCE)
+        safe = range_score(self._closest, MIN_CLEARANCE, _SAFE_DISTANCE)
         counts = (safe * self._passed * ~self._collided)[:, None]
         scores: FloatArray = counts * pose_score(self._role, self._bearing, kept)
         return scores

@@ -23,17 +23,17 @@ from vrx_mj.rl.problem import (
 _SHAPES = ("line", "column", "wedge", "circle")
 _SPACING = 12.0
 """Distance between neighbours [m]."""
-_SPEEDS = (0.6, 1.2)
+_LEADER_SPEEDS = (0.6, 1.2)
 """Speeds of the leader, least and greatest [m/s]."""
-_BENDS = 0.08
+_MAX_YAW_RATE = 0.08
 """The leader's yaw rate swings to this at most [rad/s]; half of that at the end of the widest arm is 0.7 m/s."""
-_SWING = 40.0
+_YAW_PERIOD = 40.0
 """Period of the leader's yaw rate [s]."""
-_OFF = 3.0
+_MAX_START_OFFSET = 3.0
 """A boat starts no farther beside or behind its place than this [m]."""
-_FARTHER = 10.0
+_LOSS_DISTANCE = 10.0
 """A boat that is lost forfeits what it is off and so much more [m], for the time left."""
-_TURNED = np.radians(45.0)
+_MAX_START_ANGLE = np.radians(45.0)
 """Greatest angle between the bow and the leader's course at the start [rad]."""
 _PLACE_DISTANCES = (24.0, 36.0)
 """Least and largest distance between the two places [m]."""
@@ -82,15 +82,18 @@ class Formation(Problem):
         """A shape and a leader, and the boats near their places."""
         self._slots[row] = self._shapes[random.integers(len(_SHAPES))]
         self._leader[row] = 0.0, 0.0, random.uniform(-np.pi, np.pi)
-        self._speed[row], self._bend[row] = random.uniform(*_SPEEDS), random.uniform(0.0, _BENDS)
+        self._speed[row], self._bend[row] = random.uniform(*_LEADER_SPEEDS), random.uniform(0.0, _MAX_YAW_RATE)
         self._phase[row], self._time[row] = random.uniform(-np.pi, np.pi), 0.0
         return [self.entrance(row, boat, random) for boat in range(self.size)]
 
     def entrance(self, row: int, boat: int, random: np.random.Generator) -> Spot:
         """Near its place, where that is by now."""
         x, y = (float(part[0, boat]) for part in self._places(slice(row, row + 1))[:2])
-        dx, dy = random.uniform(-_OFF, _OFF), random.uniform(-_OFF, _OFF)
-        heading = float(self._leader[row, 2]) + random.uniform(-_TURNED, _TURNED)
+        dx, dy = (
+            random.uniform(-_MAX_START_OFFSET, _MAX_START_OFFSET),
+            random.uniform(-_MAX_START_OFFSET, _MAX_START_OFFSET),
+        )
+        heading = float(self._leader[row, 2]) + random.uniform(-_MAX_START_ANGLE, _MAX_START_ANGLE)
         return x + dx, y + dy, heading, float(self._speed[row])
 
     def begin(self, who: BoolArray, team: Team) -> None:
@@ -116,7 +119,7 @@ class Formation(Problem):
 
     def forfeit(self, left: IntArray) -> FloatArray:
         """What it is off, 10 m more, and having another too near, for all steps left."""
-        lost: FloatArray = (1.0 + 0.1 * (self._off + _FARTHER)) * left[:, None]
+        lost: FloatArray = (1.0 + 0.1 * (self._off + _LOSS_DISTANCE)) * left[:, None]
         return lost
 
     def facts(self) -> dict[str, npt.NDArray[np.generic]]:
@@ -125,7 +128,7 @@ class Formation(Problem):
 
     def _rate(self) -> FloatArray:
         """The leaders' yaw rates (n,) [rad/s]."""
-        rate: FloatArray = self._bend * np.sin(2.0 * np.pi * self._time / _SWING + self._phase)
+        rate: FloatArray = self._bend * np.sin(2.0 * np.pi * self._time / _YAW_PERIOD + self._phase)
         return rate
 
     def _go_on(self, going: BoolArray) -> None:

@@ -12,7 +12,7 @@ _COMMON_OUTPUTS = ("type", "name", "boat", "state", "elapsed_time", "num_collisi
 """Outputs that all tasks have."""
 
 
-_LOST = 100.0
+_LOSS = 100.0
 """What the scored boat forfeits by sinking or capsizing, in the unit of its task's score."""
 
 
@@ -86,7 +86,7 @@ class Score(Problem):
 
     def forfeit(self, left: IntArray) -> FloatArray:
         """What the scored boat forfeits, more than most tasks pay."""
-        lost: FloatArray = np.where(np.arange(self.size) == self.anchor, _LOST, 0.0)[None] * (left > 0)[:, None]
+        lost: FloatArray = np.where(np.arange(self.size) == self.anchor, _LOSS, 0.0)[None] * (left > 0)[:, None]
         return lost
 
     def facts(self) -> dict[str, npt.NDArray[np.generic]]:

@@ -261,9 +261,9 @@ def middle_ring(cloud: PointCloud, config: LidarConfig) -> Scan:
     """The ring halfway up as a planar scan, which Gazebo's bridge makes of a lidar of several rings."""
     first, last = config.azimuth
     step = (last - first) / (config.samples - 1) if config.samples > 1 else 0.0
-    points = cloud.points[cloud.ring == config.rings // 2].astype(np.float64)
-    rotation_fields = np.mod(np.arctan2(points[:, 1], points[:, 0]) - first + 0.5 * step, 2.0 * np.pi)
-    index = np.minimum((rotation_fields / step).astype(np.int64) if step > 0.0 else 0, config.samples - 1)
+    points, width = cloud.points[cloud.ring == config.rings // 2].astype(np.float64), abs(step) or 2.0 * np.pi
+    turned = math.copysign(1.0, step) * (np.arctan2(points[:, 1], points[:, 0]) - first)
+    index = np.minimum((np.mod(turned + 0.5 * width, 2.0 * np.pi) / width).astype(np.int64), config.samples - 1)
     ranges = np.full(config.samples, np.inf, np.float32)
     ranges[index] = np.linalg.norm(points, axis=1)
     return Scan(ranges, first, last, step, *config.range)
