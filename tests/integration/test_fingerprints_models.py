@@ -113,7 +113,8 @@ def test_a_drawing_has_the_bays_boards_and_holes_that_it_had(name, block):
     holes = [hole.model_dump() for number, board in enumerate(boards, 1) for hole in board_holes(number, board)]
     zones = [[zone.center, zone.size] for bay in bays for zone in bay.zones(block)]
     check("models", f"drawing {name} of {block}", cells=cells, bays=bays, zones=zones,
-          tree=name != "through" and block_tree(cells), boards=[board.model_dump() for board in boards], holes=holes)  # fmt: skip
+          tree=name != "through" and block_tree(cells), holes=holes,
+          boards=[board.model_dump() for board in boards])  # fmt: skip
 
 
 @pytest.mark.parametrize("dynamic", [False, True])
