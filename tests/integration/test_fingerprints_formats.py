@@ -9,9 +9,11 @@ import yaml
 import vrx_mj
 from fingerprints import check
 from integration.test_fingerprints_models import plain
+from integration.test_fingerprints_worlds import model_numbers
 from urdf_boats import FILE, robot
 from vrx_mj.formats.gazebo.sdf_objects import object_document
 from vrx_mj.formats.urdf.reader import read_urdf
+from vrx_mj.mjcf.robots import jointed_model
 
 TESTS = Path(__file__).parents[1]
 GOLDEN = TESTS / "golden" / "urdf" / "wamv.urdf"
@@ -74,3 +76,10 @@ def test_an_object_of_gazebo_is_read_as_it_was(name, tmp_path, monkeypatch):
     Path("thing.sdf").write_text(object_text(name), encoding="utf-8")
     (section, _), said = told(lambda: object_document(Path("thing.sdf")))
     check("formats", f"object, {name}", read=values(dict(section)), said=said)
+
+
+@pytest.mark.parametrize("name", ["shapes", "joints", "thrusters"])
+def test_a_boat_with_its_joints_is_drawn_as_it_was(name):
+    model = jointed_model(read_urdf(robot(FILES["urdf"][name]), FILE))
+    look = [*model.vis.headlight.ambient, *model.vis.headlight.diffuse, *model.tex_data[::997]]
+    check("formats", f"drawn {name}", model=model_numbers(model), names=model.names, look=look)

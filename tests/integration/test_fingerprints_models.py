@@ -16,14 +16,16 @@ from integration.test_fingerprints_files import CLASSIC, NEWER
 from integration.test_fingerprints_worlds import compiled, model_numbers
 from vrx_mj.config.docks import board_holes, find_bays, load_dock
 from vrx_mj.config.fleet import FleetConfig
+from vrx_mj.config.layouts import Layout, headings, spots
 from vrx_mj.config.measured import MeasuredCaseConfig
-from vrx_mj.config.objects import ObjectConfig
+from vrx_mj.config.objects import ObjectConfig, load_object
 from vrx_mj.config.robots import RobotConfig
 from vrx_mj.config.search import catalogue
 from vrx_mj.config.world import WorldConfig, load_world
 from vrx_mj.errors import VrxError
 from vrx_mj.mjcf.docks import block_tree, docks_overlap
-from vrx_mj.mjcf.objects import place_docks
+from vrx_mj.mjcf.flotation import below, flotation, flotation_at, hull_sheet, outline
+from vrx_mj.mjcf.objects import object_piece, place_docks
 from vrx_mj.mjcf.scene import drawing_model
 from vrx_mj.mjcf.surfaces import checked_surface, crossings, overlap, panels_of
 from vrx_mj.model.world import tree_of
@@ -191,8 +193,41 @@ def test_a_scene_is_made_as_it_was(name):
         {"scene": SKIES[name], "georeference": {"latitude": 21.3, "longitude": -157.9}}, fleet={"boats": []}
     )
     check("models", f"scene {name}", mjcf=words_and_numbers(world.mjcf), tree=tree_of(world.parameters))
-    if name in {"evening", "no sky"}:
+    if name == "evening":
         model = drawing_model(world)
         drawn = {key: getattr(model, key) for key in dir(model) if key.startswith(("tex_", "skin_"))}
         check("models", f"scene {name}, drawn", model=model_numbers(model),
               textures=[value for value in drawn.values() if isinstance(value, np.ndarray)])  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_hulls_float_as_they_did(seed):
+    rng = np.random.default_rng(seed)
+    for number, hull in enumerate(ball(turns, rng) for turns in (0, 1, 2)):
+        levels = np.linspace(hull[..., 2].min(), hull[..., 2].max(), 7)[1:-1]
+        volume = flotation_at(hull, 9.0).volume
+        check("models", f"hull {seed}.{number}", cut=[[below(hull, level), outline(hull, level)] for level in levels],
+              afloat=[flotation_at(hull, level) for level in (-9.0, *levels, 9.0)],
+              displacing=[flotation(hull, share * volume) for share in (0.1, 0.45, 0.9)],
+              sheet=hull_sheet(hull, 400.0 * volume, (0.1, -0.05, -0.2)))  # fmt: skip
+
+
+@pytest.mark.parametrize("count", [1, 2, 5, 9])
+def test_boats_stand_where_they_did(count):
+    own = {"circle": {"radius": 12.0, "start_angle": 25.0}, "random": {"spacing": 4.0, "size": 30.0}}
+    for name in ("circle", "line", "column", "wedge", "grid", "random"):
+        layouts = [Layout(layout=name), Layout(layout=name, headings="compass", heading=30.0,
+                                               **own.get(name, {"spacing": 7.0}))]  # fmt: skip
+        layouts += [Layout(layout=name, heading=way) for way in ("outward", "inward", "tangent")]
+        places = [spots(layout, count, seed=4) for layout in layouts]
+        turns = [headings(layout, there, seed=4) for layout, there in zip(layouts, places, strict=True)]
+        check("models", f"{count} boats in a {name}", places=places, turns=turns)
+
+
+def test_objects_are_made_as_they_were():
+    for name in catalogue("objects"):
+        thing = load_object(name)
+        if thing.kind != "composite":
+            pieces = [object_piece(thing, asleep=asleep) for asleep in (False, True)]
+            check("models", f"object {name}", made=[words_and_numbers(piece.text) for piece in pieces],
+                  files=sorted(pieces[0].files))  # fmt: skip
