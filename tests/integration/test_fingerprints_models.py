@@ -124,7 +124,8 @@ def test_a_drawing_has_the_bays_boards_and_holes_that_it_had(name, block):
 def test_a_dock_is_the_model_that_it_was(name, dynamic):
     dock = {"name": "pier", "layout": DRAWINGS[name], "dynamic": dynamic, "pose": [12, -7, 0.1, 0, 0, 0.6]}
     for profile, block in (("vrx", 2.0), ("marine", 1.0)):
-        world = compiled({"physics": {"profile": profile}, "docks": [dock | {"block": block}],
+        moored = {"mooring": {}} if dynamic and profile == "marine" else {}
+        world = compiled({"physics": {"profile": profile}, "docks": [dock | {"block": block} | moored],
                           "wind": {"mean_velocity": 4}}, fleet={"boats": []})  # fmt: skip
         model = mujoco.MjModel.from_xml_string(world.mjcf, dict(world.assets))
         check("models", f"dock {name}, {profile}, {dynamic}", mjcf=words_and_numbers(world.mjcf),
