@@ -164,6 +164,15 @@ def test_a_floating_dock_has_an_end():
         load_world({"docks": [{"name": "d", "layout": "X" * 201, "dynamic": True}]})
     text = "201 blocks; a floating dock has at most 200"
     assert str(caught.value) == f"<world>: docks[0].dynamic: {text}"
+    longest = load_world({"docks": [{"name": "d", "layout": "X" * 200, "dynamic": True}]})
+    assert len(longest.docks[0].cells) == 200
+
+
+def test_a_drawing_has_an_end():
+    assert len(load_dock("\n".join(["X" * 100] * 100))) == 10_000
+    with pytest.raises(ConfigError) as caught:
+        load_dock("\n".join(["X" * 100] * 101))
+    assert str(caught.value) == "<dock>:1:1: 101 rows of up to 100 cells; at most 10000 cells"
 
 
 @pytest.mark.parametrize("opens", [(-1, 0), (1, 0), (0, -1), (0, 1)])

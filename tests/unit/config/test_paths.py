@@ -140,3 +140,22 @@ def test_a_field_has_a_name_of_its_own():
 def test_markers_are_round():
     text = message(markers={"scaling": [0.2, 0.3, 2.0]})
     assert text == ("<world>: markers.scaling: the first two must be equal, since markers are round; got [0.2, 0.3, 2]")
+
+
+@pytest.mark.parametrize(
+    ("model", "path", "drifts"),
+    [
+        ("mb_marker_buoy_red", {}, True),
+        ("mb_marker_buoy_red", {"path": {"circle": {"radius": 3}}}, False),
+        ("crocodile_buoy", {}, False),
+        ("crocodile_buoy", {"path": None}, True),
+        ("post", {}, False),
+    ],
+)
+def test_a_rope_is_for_what_floats_and_swims_no_path_of_its_own_or_of_its_model(model, path, drifts):
+    world = {"physics": {"profile": "marine"}, "objects": [{"name": "o", "model": model, "mooring": {}, **path}]}
+    if drifts:
+        assert load_world(world).objects[0].mooring is not None
+        return
+    with pytest.raises(ConfigError, match=rf"mooring: has no effect: '{model}' does not float, or follows a path"):
+        load_world(world)
