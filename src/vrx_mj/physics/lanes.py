@@ -21,6 +21,7 @@ import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
+from numba.core.base import BaseContext
 from numba.extending import intrinsic, models, overload, register_model
 
 from vrx_mj.arrays import FloatArray
@@ -67,30 +68,30 @@ def _address(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     return builder.bitcast(builder.gep(array.data, [index]), kind.as_pointer())
 
 
-def _card(builder: Any, name: str, result: Any, *arguments: Any) -> Any:
+def _card(builder: ir.IRBuilder, name: str, result: ir.Type, *arguments: ir.Value) -> ir.Value:
     """Call a function that a graphics processor's compiler knows."""
     kind = ir.FunctionType(result, [each.type for each in arguments])
     return builder.call(cgutils.get_or_insert_function(builder.module, kind, f"llvm.nvvm.{name}"), arguments)
 
 
-def _thread(builder: Any) -> Any:
+def _thread(builder: ir.IRBuilder) -> ir.Value:
     """Number of the thread in its warp."""
     return _card(builder, "read.ptx.sreg.laneid", _INDEX)
 
 
-def _together(builder: Any) -> Any:
+def _together(builder: ir.IRBuilder) -> ir.Value:
     """The threads of a warp, as bits, that have a value's lanes."""
     first = builder.and_(_thread(builder), ir.Constant(_INDEX, 32 - WIDTH))
     return builder.shl(ir.Constant(_INDEX, (1 << WIDTH) - 1), first)
 
 
-def _wait(context: Any, builder: Any) -> None:
+def _wait(context: BaseContext, builder: ir.IRBuilder) -> None:
     """Let threads that share a value wait for each other, and see what the others have written."""
     if context.get_value_type(_lanes) != _VECTOR:
         _card(builder, "bar.warp.sync", ir.VoidType(), _together(builder))
 
 
-def _exchanged(builder: Any, value: Any, distance: int) -> Any:
+def _exchanged(builder: ir.IRBuilder, value: ir.Value, distance: int) -> ir.Value:
     """The numbers of the threads whose lanes differ by a bit."""
     word, half, butterfly = builder.bitcast(value, _WORD), ir.Constant(_WORD, 32), ir.Constant(_INDEX, 3)
     parts = [
@@ -168,7 +169,7 @@ def _operation(result: Any = None) -> Callable[[_Emit], Any]:
     return decorate
 
 
-def _broadcast(builder: Any, number: Any, form: Any) -> Any:
+def _broadcast(builder: ir.IRBuilder, number: ir.Value, form: ir.Type) -> ir.Value:
     """A number, in all lanes if the form of the value is a vector."""
     if form != _VECTOR:
         return number
@@ -252,7 +253,7 @@ def by_quarters(builder: Any, shifted: Any, even: Any, odd: Any) -> Any:
     return builder.bitcast(builder.xor(bits, flip), shifted.type)
 
 
-def _zero(value: Any) -> Any:
+def _zero(value: ir.Value) -> ir.Value:
     return ir.Constant(value.type, [0.0] * WIDTH if value.type == _VECTOR else 0.0)
 
 

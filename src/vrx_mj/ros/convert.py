@@ -263,10 +263,9 @@ class Conversion:
 def _outputs_of(recorded: Record, boat_set: BoatSet) -> SegmentOutputs:
     """The topics of a boat set, by where their messages come from."""
     moment = Moment(recorded, boat_set)
-    for saved in recorded.states:  # what the run's seed draws holds from its first row on
-        if State.from_bytes(saved.blob).world == boat_set.world_sha256:
-            moment.resume(saved)
-            break
+    own = (state for state in recorded.states if State.from_bytes(state.blob).world == boat_set.world_sha256)
+    if first := next(own, None):  # what the run's seed draws holds from the first row on
+        moment.resume(first)
     sim = cast("Simulation", moment)
     bodies = Bodies(sim)
     host = RecordingHost(sim, bodies, Scenery(recorded.companies[0].world.parameters, recorded.boats))
@@ -282,8 +281,8 @@ def _outputs_of(recorded: Record, boat_set: BoatSet) -> SegmentOutputs:
                 measured[output.sensor].append(output)
             if output.type == _ODOMETRY:
                 places[boat] = output.name
-    own = {output.name for several in measured.values() for output in several}
-    places = {boat: topic for boat, topic in places.items() if topic not in own}
+    known = {output.name for several in measured.values() for output in several}
+    places = {boat: topic for boat, topic in places.items() if topic not in known}
     unmeasured = [output for output in outputs if output.sensor is None]
     moving = [output for output in unmeasured if output.recorded == "rows"]
     saved = [output for output in unmeasured if output.recorded == "states"]
