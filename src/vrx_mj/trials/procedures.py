@@ -438,11 +438,10 @@ def crash_stop(vessel: Vessel, *, power: float = 1.0, astern: float = 1.0) -> Tr
         astern: power astern, 0 to 1.
     """
     begun = approach(vessel, power)
-    states = sail_until(vessel, -astern, 0.0, lambda seen: seen[-1].surge <= 0.0)
+    states = sail_until(vessel, -astern, 0.0, lambda seen: len(seen) > 1 and seen[-1].surge <= 0.0)
     track = track_of(states, [0.0] * len(states))
-    share = 1.0
-    if len(states) > 1 and states[-1].surge < 0.0:  # the last piece up to speed 0
-        share = states[-2].surge / (states[-2].surge - states[-1].surge)
+    before, after = max(states[-2].surge, 0.0), states[-1].surge
+    share = before / (before - after) if after < 0.0 else 1.0  # of the last piece, up to speed 0
     pieces = np.hypot(np.diff(track.x), np.diff(track.y))
     stopped = states[-1].surge <= 0.0
     end = [float(values[-2] + share * (values[-1] - values[-2])) for values in (track.time, track.x, track.y)]

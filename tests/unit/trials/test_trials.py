@@ -165,6 +165,11 @@ def test_a_crash_stop_is_that_of_linear_drag():
     assert found["lateral_deviation"] == pytest.approx(0.0, abs=1e-9)
 
 
+def test_a_boat_that_makes_no_way_stops_where_it_is():
+    found = values(crash_stop(Nomoto(), power=0.0))
+    assert [found[name] for name in ("speed", "stopping_time", "track_reach", "head_reach")] == pytest.approx([0.0] * 4)
+
+
 def oscillation(alpha, beta, omega, start):
     time = np.arange(0.0, 40.0, 0.02)
     part = solve_ivp(
