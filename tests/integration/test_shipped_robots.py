@@ -36,7 +36,9 @@ def calm(robot):
 
 
 def all_ahead(sim, power=0.5):
-    return {"a": {name: power for name in sim.command_names("a") if not name.endswith("_angle") and name != "lateral"}}
+    """Commands of the thrusters that push ahead."""
+    thrusters = sim.observe()["a"].thrusters.items()
+    return {"a": {name: power for name, thruster in thrusters if thruster.direction[0] > 0.5}}
 
 
 def test_the_robots_are_those_of_the_documents():

@@ -359,7 +359,8 @@ class Environment:
         self.steps += going
         gone = sunk | capsized | (acted & diverged[:, None])
         ended = acted & (judged.ended | gone)
-        cut = acted & ((self.steps >= self.most)[:, None] | self.roster.due(self.steps))
+        late = (self.steps >= self.most)[:, None] | self.roster.due(self.steps)
+        cut = acted & (late if judged.cut is None else late | judged.cut)
         own = np.where(gone, -forfeit, np.where(acted, judged.own, 0.0))
         shared = own[:, 0] if self._neighbours is None else _team_reward(judged, own, forfeit, gone, acted, diverged)
         over = ended | cut

@@ -237,9 +237,11 @@ class Judged(NamedTuple):
     own: FloatArray
     """Reward of each boat, (n, boats)."""
     ended: BoolArray
-    """Boats that have solved, or lost, the problem, (n, boats)."""
+    """Boats that have solved, or lost, the problem, (n, boats): their episodes terminate."""
     team: FloatArray | None = None
     """Reward of the team, (n,); None is the mean of the boats' rewards."""
+    cut: BoolArray | None = None
+    """Boats whose episodes are truncated before their time is up, (n, boats); None: none."""
 
     def team_reward(self, who: BoolArray) -> FloatArray:
         """The reward of the team, (n,), of which these boats, (n, boats), are present."""

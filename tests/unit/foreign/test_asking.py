@@ -91,7 +91,7 @@ def test_a_job_that_cannot_be_imported_is_one_line():
     assert reason("nothing").startswith("AttributeError: ")
 
 
-@pytest.mark.parametrize("entry", ["", "/nowhere", __file__])
+@pytest.mark.parametrize("entry", ["", "/nowhere", __file__], ids=["here", "nowhere", "file"])
 def test_folders_of_modules_may_be_missing(monkeypatch, entry):
     """The first is the current folder, in which a stranger's files may lie: nothing is imported from there."""
     asking._versions.cache_clear()

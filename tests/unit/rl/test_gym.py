@@ -26,6 +26,19 @@ def test_an_episode_is_cut_after_its_duration(env):
     assert [cut.tolist() for _, _, _, cut, _ in steps(env, STEPS)] == [[False] * 2] * (STEPS - 1) + [[True] * 2]
 
 
+def test_a_problem_may_cut_an_episode_before_its_time_is_up(env, monkeypatch):
+    """Which is no end of it: what comes after counts."""
+    judge = env._core.problem.judge
+
+    def cutting(team, going):
+        return judge(team, going)._replace(cut=np.array([[False], [True]]))
+
+    env.reset(seed=1)
+    monkeypatch.setattr(env._core.problem, "judge", cutting)
+    _, _, ended, cut, _ = steps(env, 1)[0]
+    assert (ended.tolist(), cut.tolist()) == ([False, False], [False, True])
+
+
 def test_in_the_step_after_its_end_a_row_begins_anew_and_gains_nothing(env):
     env.reset(seed=1)
     last = steps(env, STEPS + 2)[-2:]
