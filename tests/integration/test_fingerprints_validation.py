@@ -44,6 +44,7 @@ def check_case(case, name="", **parts):
     assert result.error == ""
     rows = [(row.reference, row.ours, row.theory) for row in result.rows]
     check("validation", name or case.name, rows=rows, charts=result.charts, **parts)
+    return result
 
 
 @pytest.fixture
@@ -147,6 +148,27 @@ def test_tracks_of_the_moored_sphere_are_taken_twenty_times_a_second(monkeypatch
     assert (times.tolist(), places.shape) == ([0.0, 1.0, 2.0, 3.0], (4, 2))
     start = {"pose": (3.0, 0.5, -5.0, 0.0, 0.0, 0.0), "velocity": [0.0] * 6}
     assert asked == [("sphere", start), (800, 0.05)]
+
+
+@pytest.mark.parametrize("case", [drifting.mooring_offset, drifting.mooring_period], ids=lambda case: case.name)
+def test_a_moored_sphere_that_moves_by_theory_agrees_with_it(case, monkeypatch):
+    """A damped spring along its rope, and a damped pendulum across it."""
+    asked, moored = [], {"current": {"speed": 1.0}}
+
+    def theory(sim, place, duration):
+        asked.append((sim, place, duration))
+        speed, mass, decay = sim["current"]["speed"], 1025.0 * math.pi / 6.0, 0.025
+        far = 3.0 + 2.0 * decay * mass * speed / 200.0
+        times = np.arange(0.0, duration, 0.05)
+        omega = np.sqrt(np.array((200.0 / mass, 2.0 * decay * speed / far)) - decay**2)
+        phases = times[:, None] * omega
+        swings = np.exp(-decay * times)[:, None] * (np.cos(phases) + decay / omega * np.sin(phases))
+        return times, (far, 0.0) + (place - np.array((far, 0.0))) * swings
+
+    monkeypatch.setattr(drifting, "_track", theory)
+    monkeypatch.setattr(drifting, "packaged_simulation", lambda world, **keys: {"name": world, **moored, **keys})
+    result = check_case(case, f"{case.name}, in theory", calls=asked)
+    assert [row.ours for row in result.rows] == pytest.approx([row.reference for row in result.rows], rel=1e-3)
 
 
 @pytest.mark.parametrize(("period", "decay"), [(2.0, 0.1), (5.0, 0.0)])
