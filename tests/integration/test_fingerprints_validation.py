@@ -31,6 +31,7 @@ LAPSED = {
     "limits-said": {}, "calm-hour": {}, "same-bits": {},
     "wave-pressure": {"_SAMPLES": 2, "_BOATS": pressures._BOATS[1:2]},
     "swell-adrift": {"_ADRIFT": drifting._ADRIFT[1:3]},
+    "waves-adrift": {"_FREE": mean_forces._FREE[9:13:3], "_SEEDS": (0,), "_SPHERES": 2},
     "current-random": {"_RECORD": 60.0},
     "vrx-runs": {"_RUNS": ("zigzag_20", "turn_L100_R50")},
     "rough-treatment": {"_ROUGH": dict([*runs._ROUGH.items()][3:4])},
