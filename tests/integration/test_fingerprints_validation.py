@@ -17,18 +17,21 @@ from vrx_mj.validation.report import CASES, run_cases
 from vrx_mj.validation.rows import EVIDENCE, Band, Case, Comparison
 
 QUICK = {
-    "barge-afloat", "barges", "beam-wind", "contacts", "froude-krylov", "hemisphere", "heron-speed", "hull-resistance",
-    "mirrored", "otter-periods", "otter-surge", "otter-turn", "panels-doubled", "propeller-quadrants",
-    "propeller-ventilation", "rudder-stream", "sea-record", "sea-spreading", "sphere-decay", "sphere-orbit",
-    "step-halved", "wamv-bollard", "wind-profile", "wind-wander",
+    "added-mass-impact", "barge-afloat", "barges", "beam-wind", "contacts", "froude-krylov", "heave-undamped",
+    "hemisphere", "heron-speed", "hull-resistance", "mirrored", "otter-periods", "otter-surge", "otter-turn",
+    "panels-doubled", "propeller-quadrants", "propeller-ventilation", "rudder-stream", "sea-record", "sea-spreading",
+    "sphere-decay", "sphere-orbit", "sphere-tank", "sphere-theory", "step-halved", "vrx-seas", "wamv-bollard",
+    "wind-profile", "wind-wander",
 }  # fmt: skip
-"""Cases that take a tenth of a second at most."""
+"""Cases that take half a second at most."""
 LONG = ("response-amplitudes", "waves-adrift")
 LAPSED = {
     "airy": {}, "stokes5": {}, "sea-energy": {}, "meshes": {}, "roll-damping": {}, "short-waves": {},
     "components-doubled": {}, "diffraction-headings": {}, "section-flume": {}, "propeller-lag": {},
     "propeller-speed": {}, "heron-lake": {}, "current-tide": {}, "mean-drift": {}, "towed-drift": {},
-    "limits-said": {}, "calm-hour": {}, "same-bits": {},
+    "limits-said": {}, "calm-hour": {}, "same-bits": {}, "current-adrift": {}, "vrx-kept": {},
+    "sphere-heave": {"_HEAVE": {3.0: (0.115, 0.118)}, "_RELATIVE": {4.4: 1.7}},
+    "wind-gusts": {"_HOURS": 1.0, "_SAMPLE": 1.0, "_SEEDS": 2},
     "wave-pressure": {"_SAMPLES": 2, "_BOATS": pressures._BOATS[1:2]},
     "swell-adrift": {"_ADRIFT": drifting._ADRIFT[1:3]},
     "waves-adrift": {"_FREE": mean_forces._FREE[9:13:3], "_SEEDS": (0,), "_SPHERES": 2},
