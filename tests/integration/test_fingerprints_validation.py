@@ -175,6 +175,14 @@ def test_a_moored_sphere_that_moves_by_theory_agrees_with_it(case, monkeypatch):
     assert [row.ours for row in result.rows] == pytest.approx([row.reference for row in result.rows], rel=1e-3)
 
 
+@pytest.mark.parametrize("case", [mean_forces.moored_drift, mean_forces.towed_drift], ids=lambda case: case.name)
+def test_a_spring_that_pulls_as_the_table_has_it_agrees_with_it(case, monkeypatch):
+    asked = []
+    monkeypatch.setattr(mean_forces, "_line_force", lambda *asking: asked.append(asking) or asking[-1])
+    result = check_case(case, f"{case.name}, in theory", calls=asked)
+    assert [row.ours for row in result.rows] == pytest.approx([row.reference for row in result.rows])
+
+
 @pytest.mark.parametrize(("period", "decay"), [(2.0, 0.1), (5.0, 0.0)])
 def test_swings_have_the_period_and_decay_of_their_closed_form(period, decay):
     times = np.arange(0.0, 40.0, 0.01)
