@@ -17,20 +17,24 @@ from vrx_mj.validation.report import CASES, run_cases
 from vrx_mj.validation.rows import EVIDENCE, Band, Case, Comparison
 
 QUICK = {
-    "barge-afloat", "barges", "beam-wind", "contacts", "froude-krylov", "hemisphere", "heron-speed", "hull-resistance",
-    "mirrored", "otter-periods", "otter-surge", "otter-turn", "panels-doubled", "propeller-quadrants",
-    "propeller-ventilation", "rudder-stream", "sea-record", "sea-spreading", "sphere-decay", "sphere-orbit",
-    "step-halved", "wamv-bollard", "wind-profile", "wind-wander",
+    "added-mass-impact", "barge-afloat", "barges", "beam-wind", "contacts", "froude-krylov", "heave-undamped",
+    "hemisphere", "heron-speed", "hull-resistance", "mirrored", "otter-periods", "otter-surge", "otter-turn",
+    "panels-doubled", "propeller-quadrants", "propeller-ventilation", "rudder-stream", "sea-record", "sea-spreading",
+    "sphere-decay", "sphere-orbit", "sphere-tank", "sphere-theory", "step-halved", "vrx-seas", "wamv-bollard",
+    "wind-profile", "wind-wander",
 }  # fmt: skip
-"""Cases that take a tenth of a second at most."""
+"""Cases that take half a second at most."""
 LONG = ("response-amplitudes", "waves-adrift")
 LAPSED = {
     "airy": {}, "stokes5": {}, "sea-energy": {}, "meshes": {}, "roll-damping": {}, "short-waves": {},
     "components-doubled": {}, "diffraction-headings": {}, "section-flume": {}, "propeller-lag": {},
     "propeller-speed": {}, "heron-lake": {}, "current-tide": {}, "mean-drift": {}, "towed-drift": {},
-    "limits-said": {}, "calm-hour": {}, "same-bits": {},
+    "limits-said": {}, "calm-hour": {}, "same-bits": {}, "current-adrift": {}, "vrx-kept": {},
+    "sphere-heave": {"_HEAVE": {3.0: (0.115, 0.118)}, "_RELATIVE": {4.4: 1.7}},
+    "wind-gusts": {"_HOURS": 1.0, "_SAMPLE": 1.0, "_SEEDS": 2},
     "wave-pressure": {"_SAMPLES": 2, "_BOATS": pressures._BOATS[1:2]},
     "swell-adrift": {"_ADRIFT": drifting._ADRIFT[1:3]},
+    "waves-adrift": {"_FREE": mean_forces._FREE[9:13:3], "_SEEDS": (0,), "_SPHERES": 2},
     "current-random": {"_RECORD": 60.0},
     "vrx-runs": {"_RUNS": ("zigzag_20", "turn_L100_R50")},
     "rough-treatment": {"_ROUGH": dict([*runs._ROUGH.items()][3:4])},
@@ -44,6 +48,7 @@ def check_case(case, name="", **parts):
     assert result.error == ""
     rows = [(row.reference, row.ours, row.theory) for row in result.rows]
     check("validation", name or case.name, rows=rows, charts=result.charts, **parts)
+    return result
 
 
 @pytest.fixture
@@ -147,6 +152,35 @@ def test_tracks_of_the_moored_sphere_are_taken_twenty_times_a_second(monkeypatch
     assert (times.tolist(), places.shape) == ([0.0, 1.0, 2.0, 3.0], (4, 2))
     start = {"pose": (3.0, 0.5, -5.0, 0.0, 0.0, 0.0), "velocity": [0.0] * 6}
     assert asked == [("sphere", start), (800, 0.05)]
+
+
+@pytest.mark.parametrize("case", [drifting.mooring_offset, drifting.mooring_period], ids=lambda case: case.name)
+def test_a_moored_sphere_that_moves_by_theory_agrees_with_it(case, monkeypatch):
+    """A damped spring along its rope, and a damped pendulum across it."""
+    asked, moored = [], {"current": {"speed": 1.0}}
+
+    def theory(sim, place, duration):
+        asked.append((sim, place, duration))
+        speed, mass, decay = sim["current"]["speed"], 1025.0 * math.pi / 6.0, 0.025
+        far = 3.0 + 2.0 * decay * mass * speed / 200.0
+        times = np.arange(0.0, duration, 0.05)
+        omega = np.sqrt(np.array((200.0 / mass, 2.0 * decay * speed / far)) - decay**2)
+        phases = times[:, None] * omega
+        swings = np.exp(-decay * times)[:, None] * (np.cos(phases) + decay / omega * np.sin(phases))
+        return times, (far, 0.0) + (place - np.array((far, 0.0))) * swings
+
+    monkeypatch.setattr(drifting, "_track", theory)
+    monkeypatch.setattr(drifting, "packaged_simulation", lambda world, **keys: {"name": world, **moored, **keys})
+    result = check_case(case, f"{case.name}, in theory", calls=asked)
+    assert [row.ours for row in result.rows] == pytest.approx([row.reference for row in result.rows], rel=1e-3)
+
+
+@pytest.mark.parametrize("case", [mean_forces.moored_drift, mean_forces.towed_drift], ids=lambda case: case.name)
+def test_a_spring_that_pulls_as_the_table_has_it_agrees_with_it(case, monkeypatch):
+    asked = []
+    monkeypatch.setattr(mean_forces, "_line_force", lambda *asking: asked.append(asking) or asking[-1])
+    result = check_case(case, f"{case.name}, in theory", calls=asked)
+    assert [row.ours for row in result.rows] == pytest.approx([row.reference for row in result.rows])
 
 
 @pytest.mark.parametrize(("period", "decay"), [(2.0, 0.1), (5.0, 0.0)])

@@ -219,9 +219,8 @@ class Buoy(Place):
         """red, green, white, blue or black of a marker, `ball` of any ball; empty as long as it is unsure."""
         if not self.votes:
             return ""
-        (kind, count), *rest = self.votes.most_common(2)
-        ahead = count - (rest[0][1] if rest else 0)
-        return kind if count >= _MIN_LOOKS and ahead > 0 else ""
+        (kind, count), *rest = self.votes.most_common()
+        return kind if count >= _MIN_LOOKS and all(less < count for _, less in rest) else ""
 
 
 class BuoyMap:

@@ -150,6 +150,12 @@ def test_a_long_curly_way_keeps_few_points():
     assert 2 < len(simplified_track(places)) <= MAX_TRACK_POINTS
 
 
+@pytest.mark.parametrize(("corners", "are_kept"), [(400, True), (401, False)])
+def test_a_zigzag_keeps_all_its_corners_where_they_are_400_at_most(corners, are_kept):
+    places = [[3.0 * i, i % 2] for i in range(corners)]
+    assert (simplified_track(places) == places) is are_kept
+
+
 def test_the_table_has_a_column_for_each_thing_in_this_order(tmp_path):
     write_csv(tmp_path / "results.csv", [replace(GOOD, parameters={"wind.mean": 3.5}, wall_time=2.5), BAD])
     lines = (tmp_path / "results.csv").read_text(encoding="utf-8").split("\n")

@@ -129,6 +129,14 @@ def test_the_side_chosen_before_is_kept():
     assert clear_course((0.0, 0.0), 0.0, disc, reach=16.0, before=port) > 0.0
 
 
+@pytest.mark.parametrize(("gap", "course"), [(125, 125), (130, 130), (-130, -130), (135, 130), (-135, -130)])
+def test_courses_up_to_130_degrees_off_are_tried_on_each_side(gap, course):
+    """Buoys all around leave one gap."""
+    bearings = [math.radians(gap + off) for off in range(20, 341, 16)]
+    ring = [((8.0 * math.cos(bearing), 8.0 * math.sin(bearing)), 2.7) for bearing in bearings]
+    assert math.degrees(clear_course((0.0, 0.0), 0.0, ring, reach=16.0)) == pytest.approx(course)
+
+
 def test_between_two_buoys_there_is_a_way_if_they_leave_it():
     discs = [((8.0, 4.0), 2.7), ((8.0, -4.0), 2.7)]
     assert clear_course((0.0, 0.0), 0.0, discs, reach=16.0) == pytest.approx(0.0)

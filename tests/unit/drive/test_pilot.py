@@ -176,6 +176,9 @@ def test_the_pace_that_is_kept_is_measured_over_the_last_second():
     assert pacer.real_pace == pytest.approx(1.0)
     pacer.restart(4.0)
     assert pacer.real_pace == 0.0
+    for steps, now, pace in ((30, 4.4, 0.75), (10, 4.8, 0.5), (20, 5.2, 0.5), (60, 5.6, 0.75)):  # since 4.4 at the end
+        pacer.did(steps, now)
+        assert pacer.real_pace == pytest.approx(pace)
 
 
 def test_the_pace_doubles_and_halves_within_bounds():

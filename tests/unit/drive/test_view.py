@@ -2,6 +2,8 @@ import io
 import os
 import signal
 import sys
+import threading
+import time
 from types import SimpleNamespace
 
 import mujoco
@@ -132,6 +134,25 @@ def test_a_pace_is_above_zero(trio, pace):
 def test_the_boat_must_exist(trio):
     with pytest.raises(UnknownNameError, match=r"^no boat named 'wamv9'; did you mean 'wamv3'\?$"):
         Session(Simulation(trio), boat="wamv9")
+
+
+def test_an_upload_returns_when_its_mesh_is_drawn():
+    """MuJoCo's call, which is made in a thread, takes a while."""
+    drawn = []
+    handle = SimpleNamespace(is_running=lambda: True, update_mesh=lambda mesh: (time.sleep(0.02), drawn.append(mesh)))
+    upload = window.Upload(handle, 7)
+    for number in (1, 2):
+        upload()
+        assert drawn == [7] * number
+
+
+def test_an_upload_returns_when_its_window_is_closed():
+    """MuJoCo's call then does not return."""
+    looks, closed = iter((True, False)), threading.Event()
+    upload = window.Upload(SimpleNamespace(is_running=looks.__next__, update_mesh=lambda _: closed.wait()), 7)
+    upload()
+    assert list(looks) == []
+    closed.set()
 
 
 # The sea of the window

@@ -227,8 +227,8 @@ class FollowPath(Course):
         gap, along, aside = self._measures(team)
         reward = 0.1 * (self._gap - gap)
         over = (self._along < 0.0) & (along >= 0.0) & (self._at < self.count)
-        share = np.where(over, -self._along / np.where(over, along - self._along, 1.0), 0.0)
-        passed = over & (np.abs(self._aside + share * (aside - self._aside)) <= 0.5 * _GATE_WIDTH)
+        crossed = self._aside * along - aside * self._along  # beside the middle, times how far it went along
+        passed = over & (np.abs(crossed) <= 0.5 * _GATE_WIDTH * (along - self._along))
         reward += np.where(over, np.where(passed, 2.0 + self._in_a_row, -2.0), 0.0)
         self._passed += passed
         self._missed += over & ~passed

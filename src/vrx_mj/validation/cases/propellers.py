@@ -42,8 +42,8 @@ _THRUSTS = {0.7: 16.0, 0.8: 19.5, 0.95: 23.0}
 """Thrust a side [N] at some commands, in assets/robots/heron/robot.yaml."""
 _TOP = 0.95
 """The command of the thrust in the middle of those of the top speeds."""
-_TABLE = [0.0, 0.6, 1.2], [0.0, 12.0, 39.0]
-"""Speeds [m/s] and the resistance there [N] of heron_resistance."""
+_TABLE = [0.6, 1.2], [12.0, 39.0]
+"""Speeds [m/s] and the resistance there [N] in the last two rows of heron_resistance."""
 _MEASURED = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 _PULLS = (9.0, 53.0, 85.0, 120.0, 157.0, 182.0, 219.0, 240.0)
 """Measured bollard pull of a propeller at those commands [N]."""
