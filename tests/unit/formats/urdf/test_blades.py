@@ -85,3 +85,12 @@ def test_sails_and_rudders_of_asv_sim_have_their_coefficients():
     assert [pytest.approx(row) for row in sail.blade.coefficients] == rows
     (blade,) = boat_with("asv_sim2-foil-lift-drag-system", numbers, **turns).thrusters
     assert blade.blade.area * normal_slope(blade.blade.aspect_ratio) == pytest.approx(0.32 * 6)
+
+
+def test_what_a_file_of_asv_sim_leaves_out_is_a_thin_plate():
+    """Lift 2 pi a to 1 at the stall, and drag in proportion to the angle, which is 1 across the wind."""
+    turns = {"kind": "revolute", "axis": "0 0 1", "limits": (-2, 2)}
+    (sail,) = boat_with("asv_sim2-sail-lift-drag-system", "<link_name>thruster_0</link_name>", **turns).thrusters
+    stall = math.degrees(0.5 / math.pi)
+    rows = [(0, 0, 0), (stall, 1, 1 / math.pi**2), (90, 0, 1), (180 - stall, -1, 1 / math.pi**2), (180, 0, 0)]
+    assert (sail.blade.area, [pytest.approx(row) for row in sail.blade.coefficients]) == (1, rows)
