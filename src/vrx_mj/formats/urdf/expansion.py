@@ -512,7 +512,8 @@ def _element(frame: FrameType) -> minidom.Element | None:
 
 def _expression_place(place: Place, expression: str) -> Place:
     """The place of an expression, looked for from the element it is in."""
-    assert place.line and place.column, "elements have both"
+    assert place.line
+    assert place.column
     for number, line in enumerate(place.file.lines[place.line - 1 : place.line + 39], place.line):
         column = line.find(expression, place.column - 1 if number == place.line else 0)
         if expression and column >= 0:
