@@ -443,7 +443,7 @@ def model_of_text(text: str, folder: Path) -> TextModel:
         ConfigError: it is no SDF with a model, or the model is not known.
     """
     file = folder / "text.sdf"  # no folder of a model, which its own name could mean
-    folder.mkdir(parents=True, exist_ok=True)
+    folder.mkdir(exist_ok=True)
     file.write_text(text, encoding="utf-8", errors="replace")
     root = read_document(file)
     found = next((one for one in root.walk() if one.tag in {"model", "include"}), None)
