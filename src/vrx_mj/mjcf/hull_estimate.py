@@ -222,7 +222,7 @@ def estimated_hull(
     low, high = wet.reshape(-1, 3).min(axis=0), wet.reshape(-1, 3).max(axis=0)
     length, beam, _ = (high - low).tolist()
     speed = _FULL_FROUDE * math.sqrt(_GRAVITY * length)
-    added, drag = _added_mass(hulls, sheet), [hull.surge_drag(speed) for hull in hulls]
+    added, drag = _added_mass(hulls, sheet.volume), [hull.surge_drag(speed) for hull in hulls]
     kx, ky = _GYRATION
     inertia = mass * (kx * beam) ** 2, mass * (ky * length) ** 2, mass * (ky * length) ** 2
     damping = np.zeros(6)
@@ -245,8 +245,8 @@ def estimated_hull(
     )  # fmt: skip
 
 
-def _added_mass(hulls: Sequence[_Hull], sheet: HullSheet) -> FloatArray:
-    """Added mass (6, 6) about the centre of buoyancy: strips of Lewis sections, less what an ellipsoid's ends lose.
+def _added_mass(hulls: Sequence[_Hull], volume: float) -> FloatArray:
+    """Added mass (6, 6) about their centre of buoyancy, the origin: strips of Lewis sections less an ellipsoid's ends.
 
     Surge is Soding's (1982) 2.7 rho V^(5/3) / L2, at most 0.2 rho V. Roll is that of hulls which heave, and of elliptic
     sections, rho pi / 16 (b2 / 4 - T2)2 (Korotkin 2009).
@@ -256,14 +256,13 @@ def _added_mass(hulls: Sequence[_Hull], sheet: HullSheet) -> FloatArray:
         sway, heave = (hull.dx * each for each in added_mass_of_sections(hull.breadth, hull.draft, hull.area))
         j2, j3, j5, j6 = shares_of_strips(hull.length, float(hull.breadth.max()), float(hull.draft.max())).tolist()
         roll = hull.dx * DENSITY * math.pi / 16.0 * (0.25 * hull.breadth**2 - hull.draft**2) ** 2
-        x, y = hull.x - sheet.center_of_buoyancy[0], hull.y - sheet.center_of_buoyancy[1]
         surge = 2.7 * hull.volume ** (5.0 / 3.0) / hull.length**2
-        rolled, pitched = (roll + j3 * heave * y**2).sum(), j5 * heave @ x**2
-        own = surge, j2 * sway.sum(), j3 * heave.sum(), rolled, pitched, j6 * sway @ x**2
+        rolled, pitched = (roll + j3 * heave * hull.y**2).sum(), j5 * heave @ hull.x**2
+        own = surge, j2 * sway.sum(), j3 * heave.sum(), rolled, pitched, j6 * sway @ hull.x**2
         added += np.diag(own)
-        added[1, 5] += j2 * sway @ x
-        added[2, 4] -= j3 * heave @ x
-    added[0, 0] = DENSITY * min(added[0, 0], 0.2 * sheet.volume)
+        added[1, 5] += j2 * sway @ hull.x
+        added[2, 4] -= j3 * heave @ hull.x
+    added[0, 0] = DENSITY * min(added[0, 0], 0.2 * volume)
     added[5, 1], added[4, 2] = added[1, 5], added[2, 4]
     return added
 

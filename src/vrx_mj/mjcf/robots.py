@@ -475,8 +475,9 @@ def jointed_model(robot: Urdf) -> mujoco.MjModel:
 def _add_joint(spec: mujoco.MjSpec, body: mujoco.MjsBody, joint: Joint, label: str) -> None:
     """A joint, and the control that is its slider; one without limits has half a turn, or a metre, either way."""
     limits, turns = joint.limits, joint.type != "prismatic"
-    bounded = joint.type != "continuous" and limits is not None and max(-limits.lower, limits.upper) < ENDLESS
-    low, high = (limits.lower, limits.upper) if limits and bounded else (-math.pi, math.pi) if turns else (-1.0, 1.0)
+    low, high = (-math.pi, math.pi) if turns else (-1.0, 1.0)
+    if joint.type != "continuous" and limits and max(-limits.lower, limits.upper) < ENDLESS:
+        low, high = limits.lower, limits.upper
     kind = mujoco.mjtJoint.mjJNT_HINGE if turns else mujoco.mjtJoint.mjJNT_SLIDE
     body.add_joint(name=joint.name, type=kind, axis=joint.axis, ref=joint.rest)
     slider = spec.add_actuator(name=label, target=joint.name, ctrllimited=True, ctrlrange=(low, high))

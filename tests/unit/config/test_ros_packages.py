@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from vrx_mj.config.search import PACKAGE_PATH, enclosing_packages, package_above, package_paths
+from vrx_mj.config.search import PACKAGE_PATH, enclosing_packages, package_above, package_paths, workspace_packages
 from vrx_mj.errors import ConfigError
 from vrx_mj.formats.urdf.expand import Files, expand
 from vrx_mj.formats.urdf.reader import MeshFiles, MissingMeshError
@@ -49,6 +49,17 @@ def test_a_package_goes_by_its_name_and_by_its_folders(place):
     assert enclosing_packages(folder / "urdf") == {"checkout": folder, "cora_description": folder}
 
 
+@pytest.mark.parametrize(("levels", "near"), [(4, True), (5, False)])
+def test_a_package_is_at_most_four_folders_above(place, levels, near):
+    folder = package(place / "boats", "boats")
+    assert (enclosing_packages(folder.joinpath(*levels * ["urdf"])) == {"boats": folder}) == near
+    assert (package_above(folder.joinpath(*levels * ["urdf"]), "boats") == folder) == near
+    ours, theirs = (package(place.joinpath("src", *(levels - 1) * ["d"], name), name) for name in ("ours", "theirs"))
+    assert workspace_packages(ours) == {"ours": ours, "theirs": theirs}
+    sources = package(place / "src" / "far", "far")
+    assert workspace_packages(ours) == {"ours": ours, "theirs": theirs} | ({"far": sources} if near else {})
+
+
 @pytest.mark.parametrize(
     ("inside", "name"),
     [
@@ -89,6 +100,15 @@ def test_ros_1s_packages_are_found_below_the_entries_of_its_path(place, monkeypa
     assert package_paths() == (folder,)
     file = write(place / "elsewhere" / "boat.xacro", INCLUDE.replace("{0}", "hull_models"))
     assert '<link name="hull_models"/>' in expand(file, package_paths=package_paths())
+
+
+@pytest.mark.parametrize(("most", "found"), [(0, ""), (1, ""), (2, "c"), (3, "cb"), (4, "cba")])
+def test_only_so_many_folders_are_searched(place, monkeypatch, most, found):
+    for name in "abc":
+        package(place / "ws" / name, f"hull_{name}")
+    monkeypatch.setattr("vrx_mj.config.search._MOST_FOLDERS", most)
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(place / "ws"))
+    assert package_paths() == tuple(place / "ws" / name for name in found)
 
 
 def test_ros_2s_packages_are_in_the_share_of_each_prefix(place, monkeypatch):

@@ -16,7 +16,7 @@ from vrx_mj.config.layouts import LayoutName
 from vrx_mj.config.search import catalogue
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError, VrxWarning
-from vrx_mj.mjcf.afloat import boats_afloat, depth_in_land
+from vrx_mj.mjcf.afloat import _moves, boats_afloat, depth_in_land
 from vrx_mj.mjcf.build import build_boat
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.objects import place_docks, place_objects
@@ -156,6 +156,20 @@ def test_after_a_nudge_nothing_is_on_anything_and_free_boats_are_where_they_were
     moved = [math.dist(end, place) > 1e-6 for end, place in zip(ends, places, strict=True)]
     assert sum(moved) == sum(" moved " in str(item.message) for item in caught)
     assert all(math.dist(end[:2], red) > 1.5 for end, went in zip(ends, moved, strict=True) if went)
+
+
+def test_places_are_tried_in_rings_half_a_metre_apart_in_up_to_120_directions():
+    moves = np.concatenate(_moves())
+    distances = np.round(np.hypot(*moves.T), 9)
+    rings, counts = np.unique(distances, return_counts=True)
+    assert np.array_equal(distances, np.sort(distances))
+    assert np.array_equal(rings, 0.5 * np.arange(1, 401))
+    assert counts.tolist() == [min(math.ceil(2 * math.pi * ring / 0.5), 120) for ring in rings]
+    for ring, one in zip(rings, np.split(moves, np.cumsum(counts)[:-1]), strict=True):
+        assert one[0] == pytest.approx([ring, 0.0])
+        gaps = np.hypot(*(np.roll(one, -1, axis=0) - one).T)
+        assert gaps == pytest.approx(2 * ring * math.sin(math.pi / len(one)))
+    assert {len(group) // 10 for group in _moves()} == {25}
 
 
 def test_where_there_is_no_room_a_nudge_says_so(island):

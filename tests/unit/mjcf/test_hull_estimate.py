@@ -119,6 +119,7 @@ def test_heave_and_sway_are_coupled_with_turns_by_where_the_added_mass_is():
     assert a[2, 4] / a[2, 2] == pytest.approx(-heave @ off / heave.sum(), rel=0.02)
     assert a[1, 5] > 0.0 < a[2, 4]
     assert np.array_equal(a, a.T)
+    assert np.array_equal(a, wedge(ahead=0.3).added_mass)  # wherever the mass is
 
 
 @pytest.mark.parametrize("ahead", [-0.4, 0.0, 0.3])

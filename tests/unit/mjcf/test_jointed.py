@@ -46,6 +46,16 @@ def placed(model, values):
     return {model.body(index).name: data.body(index) for index in range(model.nbody)}
 
 
+@pytest.mark.parametrize(("kind", "limits", "slider"), [
+    ("revolute", (-0.5, 9e9), (-0.5, 9e9)), ("revolute", (-9e9, 0.5), (-9e9, 0.5)),
+    ("revolute", (-0.5, 1e10), (-np.pi, np.pi)), ("prismatic", (-1e16, 0.5), (-1, 1)),
+])  # fmt: skip
+def test_a_joint_without_an_end_has_a_short_slider(kind, limits, slider):
+    """Limits of 1e10 and more, as Gazebo's 1e16, are none."""
+    Path("one.urdf").write_text(robot(link("a"), joint("j", "a", kind=kind, limits=limits)), encoding="utf-8")
+    assert shown("one.urdf")[1].actuator_ctrlrange.tolist() == [pytest.approx(slider)]
+
+
 def test_links_are_where_their_joints_put_them():
     _, model = shown("arm.urdf")
     assert [model.actuator(index).name for index in range(model.nu)] == ["turn", "slide", "spin"]

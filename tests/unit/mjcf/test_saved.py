@@ -324,6 +324,16 @@ def test_a_part_has_its_own_bodies_alone(worlds):
     assert refusal(worlds["rafts"], files=files) == "scene.pieces.json is damaged: a/x has bodies of other parts"
 
 
+@pytest.mark.parametrize(
+    ("more", "said"), [(0, "scene is damaged: "), (1, "scene has 1,001 characters; at most 1,000 ")]
+)
+def test_a_text_has_so_many_characters(more, said, monkeypatch):
+    monkeypatch.setattr("vrx_mj.mjcf.saved._MOST_CHARACTERS", 1000)
+    with pytest.raises(StateError) as caught:
+        contents_of("<" * (1000 + more), "scene")
+    assert str(caught.value).startswith(said)
+
+
 def test_pieces_are_not_joined_without_end(worlds, monkeypatch):
     world = worlds["rafts"]
     monkeypatch.setattr("vrx_mj.mjcf.saved._MOST_CHARACTERS", 2 * len(world.mjcf))

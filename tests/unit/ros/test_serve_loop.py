@@ -140,8 +140,8 @@ def test_a_line_of_status_has_the_differences_since_the_last(monkeypatch):
     sides = [SimpleNamespace(traffic=Traffic(2, 0, 0)), SimpleNamespace(traffic=Traffic(1, 0, 0))]
     meter = Meter(world, sides, 100.0)
     world.now, world.sim.time = 102.0, 3.0
-    sides[0].traffic, world.sim.reading_times = Traffic(2, 6000, 0), {("a", "lidar"): 0.5, ("a", "imu"): 0.0}
-    assert meter.line() == ("t 3.0 s  pace 1.50  CPU 50 %  2 MB  3 KB/s to 3 clients  slowest sensor: lidar of a, 25 %")
+    sides[0].traffic, world.sim.reading_times = Traffic(2, 7000, 0), {("a", "lidar"): 0.5, ("a", "imu"): 0.0}
+    assert meter.line() == ("t 3.0 s  pace 1.50  CPU 50 %  2 MB  4 KB/s to 3 clients  slowest sensor: lidar of a, 25 %")
     assert (meter.pace, meter.load) == (1.5, {("a", "lidar"): 0.25})
     world.now, world.sim.time, world.paused = 103.0, 1.0, True  # somebody has begun anew
     sides[1].traffic = Traffic(0, 500, 4)

@@ -442,8 +442,8 @@ def model_of_text(text: str, folder: Path) -> TextModel:
     Raises:
         ConfigError: it is no SDF with a model, or the model is not known.
     """
-    file = folder / "text" / "model.sdf"
-    file.parent.mkdir(parents=True, exist_ok=True)
+    file = folder / "text.sdf"  # no folder of a model, which its own name could mean
+    folder.mkdir(exist_ok=True)
     file.write_text(text, encoding="utf-8", errors="replace")
     root = read_document(file)
     found = next((one for one in root.walk() if one.tag in {"model", "include"}), None)
@@ -455,7 +455,7 @@ def model_of_text(text: str, folder: Path) -> TextModel:
     pose = x, y, z, roll, pitch, yaw
     if name in catalogue("objects"):
         return TextModel(name, pose, f"the catalogue's {name}")
-    there = model_file(SCHEME + name, file.parent) if has_model(name, file.parent) else None
+    there = model_file(SCHEME + name, folder) if has_model(name, folder) else None
     if included and there is None:
         raise found.fault(f"no model '{name}' in `vrx-mj list objects`, nor on {PATHS[0]} or {PATHS[1]}", "uri")
     if there is not None and (included or _is_text_of(there, found)):

@@ -512,9 +512,10 @@ def _element(frame: FrameType) -> minidom.Element | None:
 
 def _expression_place(place: Place, expression: str) -> Place:
     """The place of an expression, looked for from the element it is in."""
-    start = (place.line or 1) - 1
-    for number, line in enumerate(place.file.lines[start : start + 40], start + 1):
-        column = line.find(expression, (place.column or 1) - 1 if number == place.line else 0)
+    assert place.line
+    assert place.column
+    for number, line in enumerate(place.file.lines[place.line - 1 : place.line + 39], place.line):
+        column = line.find(expression, place.column - 1 if number == place.line else 0)
         if expression and column >= 0:
             return Place(place.file, number, column + 1)
     return place

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from vrx_mj.errors import VrxError
-from vrx_mj.formats.gazebo import launch
+from vrx_mj.formats.gazebo import launch, opening
 from vrx_mj.formats.gazebo.document import read_document
 from vrx_mj.formats.gazebo.importing import import_files
-from vrx_mj.formats.gazebo.opening import file_of_folder
+from vrx_mj.formats.gazebo.opening import file_of_folder, files_below
 from work import calls_at_most
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="of file systems of POSIX")
@@ -191,6 +191,21 @@ def test_files_that_are_large(team, count, each, said):
         with (team / f"{number}.world").open("wb") as stream:
             stream.truncate(each)
     assert imported() == said
+
+
+@pytest.mark.parametrize(("files", "most", "said"), [
+    (3 * [1], 3, "3 files"), (3 * [1], 2, "more than 2 files to read in team: name a smaller folder"),
+    (8 * [4_000_000], 9, "8 files"), ([4_000_001, *8 * [4_000_000]], 9, "9 files"),
+    ([*8 * [4_000_000], 1], 9, "more than 32 MB to read in team: name a smaller folder"),
+])  # fmt: skip
+def test_so_much_is_read_of_a_folder(team, monkeypatch, files, most, said):
+    """Files of more than 4 MB are refused where they are read."""
+    monkeypatch.setattr(opening, "MOST_FILES", most)
+    for number, size in enumerate(files):
+        (team / f"{number}.txt").touch()
+        with (team / f"{number}.world").open("wb") as stream:
+            stream.truncate(size)
+    assert outcome(lambda folder: f"{len(list(files_below(folder, ('.world',))))} files") == said
 
 
 def test_names_of_any_bytes(team):

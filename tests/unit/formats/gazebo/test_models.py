@@ -15,7 +15,7 @@ from vrx_mj.config.search import kind_name
 from vrx_mj.errors import ConfigError
 from vrx_mj.formats.gazebo.document import Report, read_document
 from vrx_mj.formats.gazebo.sdf_models import pose_of, safe_name
-from vrx_mj.formats.gazebo.sdf_objects import model_section
+from vrx_mj.formats.gazebo.sdf_objects import model_of_text, model_section
 from vrx_mj.frames import compose, rotation
 
 HERE = (0.0,) * 6
@@ -388,3 +388,19 @@ def test_poses_relative_to_nothing_or_to_themselves_are_refused(tmp_path, lamp, 
     with pytest.raises(ConfigError) as raised:
         framed(tmp_path, lamp)
     assert str(raised.value).splitlines()[0].endswith(f"m.sdf:7: link 'lamp' / pose: {message}")
+
+
+@pytest.mark.parametrize("name", ["text", "models", "own", "model"])
+def test_a_text_is_its_own_model_whatever_its_name(name):
+    """The folders that texts are written to are no models that they could name."""
+    text = f'<sdf version="1.6"><model name="{name}"><link name="link">{SPHERE}</link></model></sdf>'
+    for number in range(2):
+        found = model_of_text(text, Path("models"))
+        assert (number, found.title, found.model) == (
+            number,
+            f"the SDF's own {name}",
+            Path(f"models/own/{name}/model.sdf"),
+        )
+    assert [file for file in Path().rglob("*") if file.is_file()] == [found.model]
+    with pytest.raises(ConfigError, match=f"no model '{name}' in"):
+        model_of_text(f"<sdf><include><uri>model://{name}</uri></include></sdf>", Path("models"))

@@ -1,10 +1,12 @@
 """Propellers in the air, foils of usv_sim_lsa, and thrusters by their tags: what of other simulators becomes ours."""
 
 import math
+from contextlib import nullcontext
 
 import pytest
 
 from unit.formats.urdf.test_gazebo import FREE, boat_with
+from vrx_mj.errors import ConfigError
 from vrx_mj.physics.thrust import normal_slope
 
 
@@ -85,3 +87,23 @@ def test_sails_and_rudders_of_asv_sim_have_their_coefficients():
     assert [pytest.approx(row) for row in sail.blade.coefficients] == rows
     (blade,) = boat_with("asv_sim2-foil-lift-drag-system", numbers, **turns).thrusters
     assert blade.blade.area * normal_slope(blade.blade.aspect_ratio) == pytest.approx(0.32 * 6)
+
+
+def test_what_a_file_of_asv_sim_leaves_out_is_a_thin_plate():
+    """Lift 2 pi a to 1 at the stall, and drag in proportion to the angle, which is 1 across the wind."""
+    turns = {"kind": "revolute", "axis": "0 0 1", "limits": (-2, 2)}
+    (sail,) = boat_with("asv_sim2-sail-lift-drag-system", "<link_name>thruster_0</link_name>", **turns).thrusters
+    stall = math.degrees(0.5 / math.pi)
+    rows = [(0, 0, 0), (stall, 1, 1 / math.pi**2), (90, 0, 1), (180 - stall, -1, 1 / math.pi**2), (180, 0, 0)]
+    assert (sail.blade.area, [pytest.approx(row) for row in sail.blade.coefficients]) == (1, rows)
+
+
+@pytest.mark.parametrize(("tag", "value", "fault"), [
+    ("alpha_stall", "1.5", None), ("alpha_stall", "1.51", "must be at most 1.5"),
+    ("alpha_stall", "0", "must be above 0"), ("cla", "0.5", None), ("cla", "0", "must be above 0"),
+    ("cda", "0", None), ("cda", "-0.1", "must be at least 0"),
+])  # fmt: skip
+def test_coefficients_of_asv_sims_sails_have_limits(tag, value, fault):
+    content = f"<link_name>thruster_0</link_name><{tag}>{value}</{tag}>"
+    with pytest.raises(ConfigError, match=fault) if fault else nullcontext():
+        boat_with("asv_sim2-sail-lift-drag-system", content, kind="revolute", axis="0 0 1", limits=(-2, 2))

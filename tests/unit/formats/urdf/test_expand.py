@@ -263,6 +263,30 @@ ${xacro.warning('between elements')}""",
     assert capfd.readouterr() == ("", "")
 
 
+WRONG, LINES = "${1 / 0}", 40 * "\n"
+SKIPPED = f'<xacro:if value="0"><a b="{WRONG}"/></xacro:if>'
+
+
+@pytest.mark.parametrize(
+    ("body", "line", "column"),
+    [
+        (f'{SKIPPED}\n<a b="{WRONG}"/>', 3, 7),
+        (f'{SKIPPED}<a b="{WRONG}"/>', 2, len(SKIPPED) + 7),
+        (f'<a{LINES[1:]}b="{WRONG}"/>', 41, 4),
+        (f'<a{LINES}b="{WRONG}"/>', 2, 1),
+        (f"<a>\n{WRONG}</a>", 3, 1),
+    ],
+    ids=["a line above", "before it", "line 40 of it", "line 41 of it", "begin of a line"],
+)
+def test_the_place_is_that_of_the_expression_in_its_element(folder, monkeypatch, body, line, column):
+    """Not of an equal one before, which is not evaluated."""
+    monkeypatch.chdir(folder)
+    with pytest.raises(ConfigError) as caught:
+        expand(write(Path(), body))
+    (problem,) = caught.value.problems
+    assert (problem.line, problem.column) == (line, column)
+
+
 def test_odd_backslashes_make_no_warning(folder):
     with warnings.catch_warnings():
         warnings.simplefilter("error")

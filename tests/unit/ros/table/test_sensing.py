@@ -1,6 +1,7 @@
 """Readings as messages: layouts of bytes, and where arrows point."""
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -104,6 +105,8 @@ def test_a_mask_is_a_picture_of_16_bits():
     assert (message.height, message.width, message.step, message.encoding) == (3, 4, 8, "mono16")
     assert message.is_bigendian == 0
     assert np.array_equal(np.frombuffer(message.data.tobytes(), "<u2").reshape(3, 4), MASK)
+    line = made(CAMERA, "/labels/mask", replace(SEEN, labels=replace(SEEN.labels, mask=MASK[:1])))
+    assert (line.height, line.width, line.step, len(line.data)) == (1, 4, 8, 8)
 
 
 def test_without_labels_there_is_nothing_to_tell():

@@ -12,6 +12,7 @@ from vrx_mj.ros import cdr
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.table.host import header
 from vrx_mj.ros.table.world import task_inputs, task_outputs
+from vrx_mj.tasks import TASK_KINDS
 
 PLACE = {"latitude": -33.7, "longitude": 150.6, "altitude": 1.5, "yaw": 2 * math.atan2(0.6, 0.8)}
 TASK = {
@@ -84,6 +85,15 @@ def test_tasks_have_vrx_3s_topics_and_types(tasks):
         "/vrx/perception/landmark": "geometry_msgs/PoseStamped",
         "/vrx/scan_dock_deliver/color_sequence": "ros_gz_interfaces/StringVec",
     }
+
+
+@pytest.mark.parametrize("kind", TASK_KINDS)
+def test_what_goes_out_at_no_rate_is_latched(kind, monkeypatch):
+    monkeypatch.setenv("VRX_DEBUG", "false")
+    world = SimpleNamespace(parameters=partial({"task": {"type": kind, "animals": [{}]}}))
+    host = SimpleNamespace(sim=SimpleNamespace(task={**TASK, "type": kind}, world=world))
+    outputs = list(task_outputs(host))
+    assert {one.name: one.latched for one in outputs} == {one.name: one.rate == 0.0 for one in outputs}
 
 
 def test_task_info_is_parameters(tasks):
