@@ -68,6 +68,20 @@ def test_shuffling_a_light_goes_through_the_patterns_without_a_new_beginning(sce
         assert shown(two, marks, (later, later + 1.0, later + 2.0)) == list(LIGHT_PATTERNS[number % 36])
 
 
+def test_shuffles_keep_what_a_light_shows_until_its_beat_ends(scene):
+    """Second implementation, in whole steps of 10 ms: a beat shows the pattern that was given before it began."""
+    displays, marks = scene
+    two, shuffled = displays["two"], [0, 120, 250, 260, 500, 799, 901, 1250, 1300]
+    patterns, found, expected = [("red", "green", "blue"), *LIGHT_PATTERNS], [], []
+    for step, time in enumerate(np.cumsum(np.full(1500, 0.01)) - 0.01):
+        if step in shuffled:
+            next_pattern(marks[two.marks], float(time))
+        found.append(two.shows(marks, float(time)))
+        pattern = patterns[sum(earlier < step // 100 * 100 for earlier in shuffled)]
+        expected.append((*pattern, "off", "off")[step // 100 % 5])
+    assert found == expected
+
+
 def test_a_shuffle_while_a_pattern_waits_changes_it(scene):
     displays, marks = scene
     one = displays["one"]
