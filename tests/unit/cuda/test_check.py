@@ -1,16 +1,13 @@
 """What `python -m vrx_mj.cuda.check` prints of made-up rows, environments and a clock: each verdict, good and bad."""
 
 import contextlib
-import importlib.util
 import sys
-from pathlib import Path
 from types import SimpleNamespace
 
-import numba
 import numpy as np
 import pytest
 
-import vrx_mj
+from unit.cuda.standalone import load
 
 DRIFT = 2.0**-40
 """How far a step takes rows of the card from the CPU's; sums of it are exact."""
@@ -149,13 +146,9 @@ def card(monkeypatch):
 def check(monkeypatch, card):
     """The module, which needs no numba-cuda then."""
     device = SimpleNamespace(name="a card")
-    monkeypatch.setattr(
-        numba, "cuda", SimpleNamespace(get_current_device=lambda: device, synchronize=int), raising=False
-    )
-    monkeypatch.setitem(sys.modules, "vrx_mj.cuda.batch", SimpleNamespace(Batch=Rows, check_driver=int))
-    spec = importlib.util.spec_from_file_location("check", Path(vrx_mj.__file__).parent / "cuda" / "check.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    cuda = SimpleNamespace(get_current_device=lambda: device, synchronize=int)
+    rows = SimpleNamespace(Batch=Rows, check_driver=int)
+    module = load(monkeypatch, "check", cuda, {"vrx_mj.cuda.batch": rows})
     module.compile_world = lambda world, fleet: world
     module.time = SimpleNamespace(perf_counter=lambda: card.now)
     module.Batch, module.batch = card.rows, SimpleNamespace(Batch=card.rows)
