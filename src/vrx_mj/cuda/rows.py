@@ -139,7 +139,7 @@ class DeviceRows:
 
     def threads_agree(self) -> bool:
         """Whether all threads of a row have come to the same bits in the last launch; waits for the device."""
-        firsts = (self._words(name).copy_to_host().reshape(-1) for name in self._twins)
+        firsts = (self._words(name).copy_to_host().ravel() for name in self._twins)
         twins = (twin.copy_to_host().reshape(self.threads - 1, -1) for twin in self._twins.values())
         return all(bool((twin == first).all()) for first, twin in zip(firsts, twins, strict=True))
 

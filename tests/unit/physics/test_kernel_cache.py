@@ -148,6 +148,20 @@ def test_a_damaged_entry_is_none(folder, which):
     assert not is_cached(kernel(_twice))
 
 
+@pytest.mark.parametrize("kept", [True, False])
+@pytest.mark.parametrize("look", [is_cached, lambda compiled: compiled(2.0)], ids=["asked", "called"])
+def test_lines_wait_for_the_first_kernel_that_is_looked_up(kept, look, folder, monkeypatch, capsys):
+    """With a cache and without, and are written once."""
+    monkeypatch.setattr(module, "_FOLDER", folder if kept else None)
+    monkeypatch.setattr(module, "_waiting", [])
+    module.say_before_the_first(["one", "another"])
+    compiled, written = kernel(_twice), []
+    for act in (lambda _: None, look, look):
+        act(compiled)
+        written.append(capsys.readouterr().err)
+    assert written == ["", "vrx_mj: one\nvrx_mj: another\n", ""]
+
+
 def test_an_entry_in_the_place_of_another_is_damaged(folder, capsys):
     for function in (_twice, _thrice):
         came_from_the_cache(function)

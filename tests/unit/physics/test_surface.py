@@ -196,6 +196,16 @@ def test_a_low_suns_path_on_calm_water_has_no_edge():
     assert np.abs(np.diff(glitter, axis=1)).max() < 0.6  # of white
 
 
+@pytest.mark.parametrize("elevation_of_sun", [0.06, 0.02, 0.005])
+def test_a_low_suns_path_reaches_the_horizon_and_there_is_none_with_the_sun_behind(elevation_of_sun):
+    """However flatly both look at the water: what counts is how far a face leans that mirrors one to the other."""
+    level, up = math.cos(elevation_of_sun), math.sin(elevation_of_sun)
+    ahead = np.array([math.cos(COURSE) * level, math.sin(COURSE) * level, up])
+    water = one_wave(5.0, COURSE, 0.001)
+    assert whiteness(surface(*water, sun=ahead)[3])[-40:].max(axis=1).min() > 0.9
+    assert np.abs(whiteness(surface(*water, sun=ahead * (-1.0, -1.0, 1.0))[3])).max() < 1e-4  # foam of so calm a sea
+
+
 @pytest.mark.parametrize("off", [0.0, 0.005, 0.01])
 def test_the_path_of_a_setting_sun_is_as_wide_as_spokes_can_carry(off):
     """Narrower, it would be of two or three spokes, and its edges steps, wherever between two of them the sun is."""

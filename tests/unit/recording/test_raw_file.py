@@ -216,7 +216,7 @@ def test_a_process_that_is_killed_while_it_closes_leaves_a_recording(wait, tmp_p
 
 
 def test_states_and_frames_are_joined_until_a_flush_or_something_else(tmp_path, monkeypatch):
-    clock = SimpleNamespace(now=10.0)
+    clock, tick = SimpleNamespace(now=10.0), 2.0**-20  # [s], whose sums are exact
     monkeypatch.setattr(parts, "time", SimpleNamespace(monotonic=lambda: clock.now))
     file, path = parts.RawFile(tmp_path / "run.rrd"), tmp_path / "run.rrd"
 
@@ -229,11 +229,11 @@ def test_states_and_frames_are_joined_until_a_flush_or_something_else(tmp_path, 
 
     file.append(parts.STATES, {"n": ["a"]})
     assert told() == [(parts.STATES, ["a"])]
-    clock.now += parts.FLUSH - 1e-6
+    clock.now += parts.FLUSH - tick
     for name in "bc":
         file.append(parts.STATES, {"n": [name]})
     assert told() == [(parts.STATES, ["a"])]
-    clock.now += 1e-6
+    clock.now += tick
     file.append(parts.STATES, {"n": ["d"]})
     assert told() == [(parts.STATES, ["a"]), (parts.STATES, ["b", "c", "d"])]
     file.append(parts.FRAMES, {"n": ["e"]})

@@ -68,6 +68,23 @@ def test_shuffling_a_light_goes_through_the_patterns_without_a_new_beginning(sce
         assert shown(two, marks, (later, later + 1.0, later + 2.0)) == list(LIGHT_PATTERNS[number % 36])
 
 
+def test_shuffles_keep_what_a_light_shows_until_its_beat_ends(scene):
+    """Second implementation, in whole steps of 10 ms: a beat shows the pattern that was given before it began."""
+    displays, marks = scene
+    two, first, times = displays["two"], 237, np.cumsum(np.full(5000, 0.01)) - 0.01
+    shuffled = sorted({*range(first, 5000, 300), *range(first + 120, 5000, 470), *range(first + 130, 5000, 940)})
+    new_pattern(marks[two.marks], ("blue", "red", "yellow"), float(times[first - 100]))
+    patterns, found, expected = [("blue", "red", "yellow"), *LIGHT_PATTERNS], [], []
+    for step in range(first, 5000):
+        if step in shuffled:
+            next_pattern(marks[two.marks], float(times[step]))
+        found.append(two.shows(marks, float(times[step])))
+        beat, into = divmod(step - first, 100)
+        pattern = patterns[sum(earlier < step - into for earlier in shuffled)]
+        expected.append((*pattern, "off", "off")[beat % 5])
+    assert found == expected
+
+
 def test_a_shuffle_while_a_pattern_waits_changes_it(scene):
     displays, marks = scene
     one = displays["one"]

@@ -1,0 +1,116 @@
+"""What each thread of a graphics processor does, as Python, in blocks with more threads than rows; and launches."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from unit.cuda.standalone import load
+
+ROWS = 3
+TIME, GOING = np.arange(ROWS) * 1.0, np.array([True, False, True])
+
+
+class Device:
+    """A processor that has one thread after another do a kernel."""
+
+    thread, compiled = 0, ()
+
+    def grid(self, dimensions):
+        assert dimensions == 1
+        return self.thread
+
+    def jit(self, function, **options):
+        self.compiled = *self.compiled, options
+        return {(blocks, size, stream): (blocks, size) for blocks in range(9) for size in (64,) for stream in ("s",)}
+
+    def run(self, kernel, *arguments, threads=64):
+        for self.thread in range(threads):
+            kernel(*arguments)
+
+
+@pytest.fixture
+def device():
+    return Device()
+
+
+@pytest.fixture
+def kernels(monkeypatch, device):
+    config = SimpleNamespace(ENABLE_CUDASIM=1, CACHE_DIR="before")
+    core, own = SimpleNamespace(config=config), SimpleNamespace(__version__="1")
+    module = load(monkeypatch, "kernels", device, {"numba.cuda.core": core, "numba_cuda": own})
+    assert module.SIMULATED
+    return module
+
+
+@pytest.fixture
+def calls(monkeypatch, kernels):
+    """What the functions of rows are called with."""
+    found = []
+    for name in ("advance_free_row", "command_row", "observe_row"):
+        monkeypatch.setattr(kernels, name, lambda *arguments: found.append(arguments))
+    return found
+
+
+def test_rows_of_vrx_that_go_have_a_thread_each(kernels, device, calls):
+    device.run(kernels.advance_vrx, "runs", TIME, GOING, "done", "features", 0.1, 5, [10, 11, 12])
+    assert [(call[:3], call[4:]) for call in calls] == [
+        (("runs", row, row), ("done", "features", 0.1, 5, 10 + row, None)) for row in (0, 2)
+    ]
+
+
+def test_rows_of_marine_that_go_have_eight_threads_each_with_runs_of_their_own(kernels, device, calls):
+    damping, work = range(100, 124), [[f"{name}{row}" for row in range(ROWS)] for name in "abcdef"]
+    device.run(kernels.advance_marine, "runs", TIME, GOING, "done", "features", 0.1, 5, damping, *work)
+    assert [(call[:3], call[4:9], tuple(call[9])) for call in calls] == [
+        (("runs", run, row), ("done", "features", 0.1, 5, 100 + run), tuple(f"{name}{row}" for name in "abcdef"))
+        for row in (0, 2) for run in range(row, 8 * ROWS, ROWS)
+    ]  # fmt: skip
+
+
+def test_every_row_is_commanded_and_observed(kernels, device, calls):
+    device.run(kernels.command, "runs", TIME, "xyz", "thrusters", "angles", 0.5)
+    assert calls == [("runs", row, row, "xyz"[row], "thrusters", "angles", 0.5) for row in range(ROWS)]
+    calls.clear()
+    device.run(kernels.observe, "runs", TIME, "abc", "xyz")
+    assert calls == [("runs", row, row, "abc"[row], "xyz"[row]) for row in range(ROWS)]
+
+
+def test_rows_begin_with_the_starts_that_are_named_in_every_table(kernels, device):
+    kept = tuple(np.arange(4 * width).reshape(4, width) + 100 for width in (1, 5))
+    wholes = tuple(np.zeros((ROWS, width), int) for width in (1, 5))
+    starts = np.array([3, 1, 0])
+    device.run(kernels.begin_rows, GOING, starts, kept, wholes)
+    for start, whole in zip(kept, wholes, strict=True):
+        assert np.array_equal(whole, np.where(GOING[:, None], start[starts], 0))
+
+
+def test_bytes_of_some_rows_are_written_into_those_of_all(kernels, device):
+    parts, whole, which = np.arange(1, 11).reshape(2, 5), np.zeros((ROWS, 5), int), np.array([2, 0])
+    device.run(kernels.write_rows, which, parts, whole)
+    assert whole.tolist() == [[6, 7, 8, 9, 10], [0] * 5, [1, 2, 3, 4, 5]]
+
+
+@pytest.mark.parametrize(("threads", "blocks"), [(1, 1), (64, 1), (65, 2), (128, 2), (129, 3)])
+def test_a_launch_has_blocks_for_all_threads(kernels, threads, blocks):
+    assert kernels.launcher(print, threads, 0, "s") == (blocks, 64)
+
+
+@pytest.mark.parametrize(("waves", "registers", "name"), [(10, None, "cuda-1"), (11, 96, "cuda96-1")])
+@pytest.mark.parametrize("kept", [True, False])
+def test_what_is_compiled_is_kept_by_its_registers_with_the_kernels_of_the_cpu(
+    waves, registers, name, kept, kernels, device, monkeypatch, tmp_path
+):
+    folders, jit = [], device.jit
+
+    def compile_it(function, **options):
+        folders.append(kernels.config.CACHE_DIR)
+        return jit(function, **options)
+
+    device.jit, kernels.SIMULATED = compile_it, False
+    monkeypatch.setattr(kernels, "cache_folder", lambda: tmp_path if kept else None)
+    for _ in range(2):
+        assert kernels.launcher(print, 65, waves, "s") == (2, 64)
+    assert device.compiled == ({"max_registers": registers, "cache": kept},)
+    assert folders == [str(tmp_path / name) if kept else "before"]
+    assert kernels.config.CACHE_DIR == "before"
