@@ -36,6 +36,26 @@ def test_a_thing_is_found_by_its_colour(color, light):
     assert (found.width, found.height) == pytest.approx((60, 100), abs=2.0)
 
 
+@pytest.mark.parametrize(
+    ("pixel", "color"),
+    [
+        ((20, 30, 131), "blue"), ((20, 30, 130), None), ((30, 59, 150), "blue"), ((30, 60, 150), None),
+        ((91, 95, 95), "white"), ((91, 94, 95), None), ((90, 95, 97), None),
+        ((50, 50, 49), "black"), ((50, 50, 50), None), ((54, 40, 40), "black"), ((55, 40, 40), None),
+        ((14, 14, 40), None), ((15, 14, 40), "black"),
+        ((100, 54, 54), "red"), ((100, 55, 55), None), ((31, 5, 5), "red"), ((30, 5, 5), "black"),
+        ((120, 29, 20), "red"), ((120, 30, 20), "orange"), ((100, 70, 25), "orange"), ((100, 71, 25), "yellow"),
+        ((87, 100, 60), "green"), ((88, 100, 60), None), ((10, 26, 10), "green"), ((10, 25, 10), "black"),
+        ((51, 100, 10), "yellow"), ((50, 100, 10), "green"),
+    ],
+)  # fmt: skip
+def test_colours_end_where_they_end_in_grey_water(pixel, color):
+    """Each pair differs by one step of one channel or two; grey is a sum of 180."""
+    picture = np.full((720, 1280, 3), 60, np.uint8)
+    picture[300:400, 600:660] = pixel
+    assert [blob.color for blob in blobs(picture, 200.0)] == [color] * (color is not None)
+
+
 def test_empty_water_is_empty():
     assert blobs(sea(), 200.0) == []
 
