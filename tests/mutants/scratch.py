@@ -15,7 +15,7 @@ from types import ModuleType
 from mutants.catalogue import ROOT, Mutant
 from mutants.forks import run_pytest
 
-KERNELS = ("physics", "sensors", "runtime")
+KERNELS = ("physics", "sensors", "runtime", "recording")
 """Packages whose sources name the folder of the compiled kernels (`vrx_mj.physics.kernel`)."""
 TESTS, SOURCES = ROOT / "tests", ROOT / "src" / "vrx_mj"
 
@@ -158,7 +158,7 @@ class Scratch:
         if own.name != self._hash:
             stale = _stale(self.tree, mutant, text)
             for kept in (self.cache / self._hash).rglob("*.nb[ic]"):
-                if kept.name.split(".")[0] not in stale:
+                if kept.parent.name in KERNELS and kept.name.split(".")[0] not in stale:  # tests' own call others
                     target = own / kept.relative_to(self.cache / self._hash)
                     target.parent.mkdir(parents=True, exist_ok=True)
                     os.link(kept, target)
@@ -228,15 +228,17 @@ def _stale(tree: Path, mutant: Mutant, text: str) -> set[str]:
 
 
 def _in_kernel(text: str, line: int) -> bool:
-    """Whether a line is in a kernel or an intrinsic, or outside of all functions: it may be a constant of one."""
+    """Whether a line is in a kernel, in a module of intrinsics, or outside of all functions: a constant of one."""
     tree = ast.parse(text)
     around = [
         node
         for node in ast.walk(tree)
         if isinstance(node, ast.FunctionDef) and node.lineno <= line <= (node.end_lineno or 0)
     ]
-    return not around or any(
-        re.search("kernel|intrinsic", ast.unparse(mark)) for node in around for mark in node.decorator_list
+    return (
+        not around
+        or "@intrinsic" in text
+        or any("kernel" in ast.unparse(mark) for node in around for mark in node.decorator_list)
     )
 
 

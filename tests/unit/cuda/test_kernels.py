@@ -114,3 +114,26 @@ def test_what_is_compiled_is_kept_by_its_registers_with_the_kernels_of_the_cpu(
     assert device.compiled == ({"max_registers": registers, "cache": kept},)
     assert folders == [str(tmp_path / name) if kept else "before"]
     assert kernels.config.CACHE_DIR == "before"
+
+
+@pytest.mark.parametrize(("vrx_only", "advance", "threads"), [(True, "vrx", 3), (False, "marine", 24)])
+@pytest.mark.parametrize(("stream", "used"), [(None, "default"), (7, "stream 7")])
+def test_a_batch_has_a_thread_for_each_row_and_eight_in_marine(vrx_only, advance, threads, stream, used, monkeypatch):
+    launches, going = [], object()
+    kernels = SimpleNamespace(
+        SIMULATED=True, advance_vrx="vrx", advance_marine="marine", command="command", observe="observe",
+        launcher=lambda *arguments: launches.append(arguments) or arguments[0],
+    )  # fmt: skip
+    on_device = SimpleNamespace(threads=threads // ROWS, arrays={"going": going})
+    tables = SimpleNamespace(DeviceArray=object, DeviceRows=lambda rows, at: (rows, at) == (own, used) and on_device)
+    cuda = SimpleNamespace(external_stream="stream {}".format, default_stream=lambda: "default", to_device=tuple)
+    module = load(monkeypatch, "batch", cuda, {"vrx_mj.cuda.kernels": kernels, "vrx_mj.cuda.rows": tables})
+    own = SimpleNamespace(arrays=SimpleNamespace(vrx_only=vrx_only))
+    host = SimpleNamespace(
+        world="world", n=ROWS, _rows=own, _arrays=SimpleNamespace(waves=range(60)), _thrusters=[1, 2], _angles=[3]
+    )
+    batch = module.Batch.of(host, stream=stream)
+    assert launches == [(advance, threads, 60, used), ("command", ROWS, 0, used), ("observe", ROWS, 0, used)]
+    assert (batch._advance, batch._command, batch._observe) == (advance, "command", "observe")
+    assert (batch.n, batch.world, batch._thrusters, batch._angles) == (ROWS, "world", (1, 2), (3,))
+    assert (batch._asked, batch._going) == (0, going)

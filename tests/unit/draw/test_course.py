@@ -1,4 +1,5 @@
 import math
+import re
 import xml.etree.ElementTree as ET
 from dataclasses import fields, replace
 
@@ -202,6 +203,13 @@ def test_names_in_an_svg_are_texts_with_one_style_for_their_edges(tmp_path):
     assert {"wamv", "d"} <= {*names}
     assert len(names) == len(groups)
     assert "[id^=halo] text{paint-order: stroke;" in next(root.iter(f"{SVG}style")).text
+
+
+def test_dashed_lines_begin_with_a_whole_dash(tmp_path):
+    draw_map(full_scene(), tmp_path / "a.svg", size=(900, 650))
+    found = re.findall(r"stroke-dasharray: [^;]+; stroke-dashoffset: ([^;]+)", (tmp_path / "a.svg").read_text())
+    assert len(found) == 4  # a bay, an animal, a path and the way to it
+    assert {*found} == {"0"}
 
 
 def test_a_plan_holds_the_course_but_not_where_objects_wait_to_come_up():

@@ -130,6 +130,15 @@ def test_the_plot_goes_on_to_the_end_at_the_score_of_the_run():
     assert times == sorted(set(times))
 
 
+@pytest.mark.parametrize(("end", "last"), [(0.0, 4.95), (4.95, 4.95), (7.5, 7.5)])
+def test_the_plot_s_last_value_stands_at_the_end_of_the_run_if_it_is_later_than_the_last_frame(end, last):
+    going = TaskChunks(PARAMETERS)
+    going.look((), frames(0.0, 5.0))
+    times, values = series(going.chunks(end), PLOT, "Scalars:scalars")
+    assert (times[-1], values[-1]) == (last, [0.0, 0.0])
+    assert times == sorted(set(times))
+
+
 def test_phases_and_scores_are_states_and_the_result_says_who_scored_what():
     going = TaskChunks(PARAMETERS)
     going.look((), frames(0.0, 15.0))
