@@ -95,8 +95,13 @@ class Part:
 
 
 def near_line_tests(mutant: Mutant) -> list[str]:
-    """Tests nearest to the module that run the mutant's line; any nearest ones where no test is known to run it."""
-    return _in_turn(_within(_line_tests(mutant) or _times(os.environ[FOLDER]), nearest_tests(mutant)), "[")
+    """Tests nearest to the module, first those that run the mutant's line.
+
+    What a fixture runs, or what is kept for the next test, counts for the first test alone.
+    """
+    nearest = _within(_times(os.environ[FOLDER]), nearest_tests(mutant))
+    running = nearest & _line_tests(mutant)
+    return [*_in_turn(running, "["), *_in_turn(nearest - running, "[")]
 
 
 def far_line_tests(mutant: Mutant) -> list[str]:
