@@ -39,6 +39,8 @@ BY_NIGHT = {
     "stationkeeping_task": None, "ocean_buoys": "usv_config", "my_course": None, "vrx2023/acoustic_tracking_task": None,
     "vrx2023/follow_path_task": None,
 }  # fmt: skip
+PROCESSORS = re.compile(r"/(record|__properties)/")
+"""States and hashes: in `marine` their last digits are a processor's."""
 NOT_OURS = re.compile(r"row_id|log_time|log_tick|RecordingInfo:start_time|rerun\.controls")
 """What tells of the machine and the hour."""
 
@@ -92,7 +94,7 @@ def colors_of(columns):
     return {name: colors_apart(parts) for name, parts in named.items()}
 
 
-def check_recording(name, world, folder, seconds=1.5):
+def check_recording(name, world, folder, seconds=1.5, without=re.compile("$^")):
     sim = vrx_mj.Simulation(world, seed=3)
     path = folder / f"{name.replace('/', '_')}.rrd"
     with vrx_mj.record(sim, path):
@@ -101,7 +103,8 @@ def check_recording(name, world, folder, seconds=1.5):
             sim.command_all(given)
             sim.advance(round(seconds / 3 / sim.timestep))
         sim.event("done", "WARN")
-    check("recordings", name, **by_root(numbers_of(path)))
+    columns = {name: values for name, values in numbers_of(path).items() if not without.match(name)}
+    check("recordings", name, **by_root(columns))
     record = vrx_mj.read_record(path)
     check("recordings", f"{name}: read", boats=record.boats, objects=record.objects, wind=[record.wind, record.time])
 
@@ -121,8 +124,9 @@ def test_a_recording_holds_what_it_held(name, tmp_path):
 
 def test_so_does_one_of_a_boat_in_wind_waves_and_tide(tmp_path):
     check_recording(
-        "windy", compiled(WINDY, fleet={"boats": [{"robot": "wamv", "pose": [1, 2, 0, 0, 0, 0.4]}]}), tmp_path
-    )
+        "windy", compiled(WINDY, fleet={"boats": [{"robot": "wamv", "pose": [1, 2, 0, 0, 0, 0.4]}]}), tmp_path,
+        without=PROCESSORS,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("boats", [1, 3, 9])

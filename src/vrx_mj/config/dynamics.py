@@ -248,9 +248,10 @@ def _of_series(value: object) -> object:
         return value
     series = json.loads((Path(__file__).parent / "propellers.json").read_bytes())[_SERIES]["harmonics"]
     angles = np.arange(-180, 181, _SERIES_STEP)
-    turns = np.outer(np.radians(angles % 360), np.arange(len(series)))  # the same at -180 and 180
+    turns = np.outer(np.radians(angles % 360), np.arange(len(series)))
     a, b, c, d = np.array(series).T
     thrust, torque = (np.cos(turns) @ real + np.sin(turns) @ imaginary for real, imaginary in ((a, b), (c, d)))
+    thrust[-1], torque[-1] = thrust[0], torque[0]  # products of matrices round each row their way
     return tuple(zip(angles.tolist(), thrust.tolist(), torque.tolist(), strict=True))
 
 
