@@ -75,19 +75,24 @@ def test_each_effect_has_a_name_and_none_is_nothing_here():
     assert forces.total == pytest.approx(sum(forces.values()))
 
 
+def check_added_mass(sim):
+    """In the step to come, all forces and added mass at its acceleration are the rate of momentum."""
+    state = sim.get_state()
+    forces, rate = step_and_compare(sim)
+    found = sim.data.qacc.copy()
+    sim.set_state(state)
+    sim.data.qacc[:] = found
+    added = sim.forces("a").inertial["added_mass"]
+    np.testing.assert_allclose(forces.total + added, rate, rtol=1e-9, atol=1e-6)
+
+
 @pytest.mark.parametrize("values", [(0, 0, 0.1, 0.1, 0.1, 0), (20, 60, 40, 20, 40, 60)])
 def test_added_mass_is_what_remains(values):
     sim = simulation(sea=SWELL, edit=added_mass(*values))
     sim.set_boat("a", velocity=(1.5, 0.5, 0.3, 0.2, -0.3, 0.4))
     for _ in range(20):
         sim.step({"a": AHEAD}, duration=0.05)
-        state = sim.get_state()
-        forces, rate = step_and_compare(sim)
-        found = sim.data.qacc.copy()
-        sim.set_state(state)
-        sim.data.qacc[:] = found
-        added = sim.forces("a").inertial["added_mass"]
-        np.testing.assert_allclose(forces.total + added, rate, rtol=1e-9, atol=1e-6)
+        check_added_mass(sim)
 
 
 @pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
@@ -100,13 +105,7 @@ def test_added_mass_is_what_remains_in_a_sea_and_a_current(robot):
     sim.set_boat("a", velocity=(1.5, 0.5, 0.1, 0.2, -0.1, 0.4))
     for _ in range(10):
         sim.step({"a": dict.fromkeys(sim.command_names("a"), 0.5)}, duration=0.05)
-        state = sim.get_state()
-        forces, rate = step_and_compare(sim)
-        found = sim.data.qacc.copy()
-        sim.set_state(state)
-        sim.data.qacc[:] = found
-        added = sim.forces("a").inertial["added_mass"]
-        np.testing.assert_allclose(forces.total + added, rate, rtol=1e-9, atol=1e-6)
+        check_added_mass(sim)
 
 
 def test_contact_forces_of_two_boats_are_equal_and_opposite():

@@ -251,7 +251,7 @@ def _of_series(value: object) -> object:
     turns = np.outer(np.radians(angles % 360), np.arange(len(series)))
     a, b, c, d = np.array(series).T
     thrust, torque = (np.cos(turns) @ real + np.sin(turns) @ imaginary for real, imaginary in ((a, b), (c, d)))
-    thrust[-1], torque[-1] = thrust[0], torque[0]  # products of matrices round each row their way
+    thrust[-1], torque[-1] = thrust[0], torque[0]  # BLAS may round equal rows differently
     return tuple(zip(angles.tolist(), thrust.tolist(), torque.tolist(), strict=True))
 
 

@@ -59,8 +59,8 @@ def convert(source: str | Path, target: str | Path, progress: _Progress | None =
 class Moment:
     """A moment of a recording: as much of a simulation as the outputs of the table ask of one.
 
-    What does not move is asked of a simulation of the recorded world; so is the task, of the last saved state. Before
-    the first it is in that one.
+    What does not move is asked of a simulation of the recorded world; so is the task, of the last saved state,
+    and before the first of that one.
     """
 
     def __init__(self, recorded: Record, boat_set: BoatSet) -> None:
