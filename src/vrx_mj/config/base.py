@@ -171,11 +171,22 @@ def field_docstrings(model: type[Config]) -> dict[str, str]:
 
     Read when asked for: pydantic's `use_attribute_docstrings` reads the source of every model in every process.
     """
-    marks = ((key, mark) for key, field in model.model_fields.items() for mark in field.metadata)
-    found = {key: own_docstrings(mark.record)[mark.name] for key, mark in marks if isinstance(mark, NumberOf)}
+    found = {key: own_docstrings(mark.record)[mark.name] for key, mark in marked_numbers(model)}
     for owner in (base for base in reversed(model.__mro__) if issubclass(base, Config)):
         found |= own_docstrings(owner)
     return found
+
+
+@cache
+def marked_numbers(model: type[Config]) -> Sequence[tuple[str, NumberOf]]:
+    """Fields of a model that are numbers of a dataclass, or such a number or None."""
+    hints = ((key, (field, *get_args(field.annotation))) for key, field in model.model_fields.items())
+    marks = ((key, mark) for key, parts in hints for part in parts for mark in _marks(part))
+    return [(key, mark) for key, mark in marks if isinstance(mark, NumberOf)]
+
+
+def _marks(part: Any) -> Iterable[Any]:
+    return part.metadata if isinstance(part, FieldInfo) else getattr(part, "__metadata__", ())
 
 
 def own_docstrings(owner: type) -> dict[str, str]:

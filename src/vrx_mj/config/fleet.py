@@ -254,8 +254,8 @@ def _boat(fleet: FleetConfig, spawn: SpawnConfig, slot: Slot) -> BoatConfig:
     """
     levels: list[_Built] = [slot.entry, fleet] if slot.entry else [fleet]
     given: dict[str, Any] = {"robot": spawn.robot, "folder": spawn.folder}
-    for key in ("robot", "thrusters", "components", "engines", "controller", "ais"):
-        if level := next((level for level in levels if getattr(level, key) not in {None, ""}), None):
+    for key in (key for key in _Built.model_fields if key not in {*_Built.folder_keys, "arguments", "sensors"}):
+        if level := next((level for level in levels if getattr(level, key) not in (None, "")), None):
             folders = (name for name, owner in _Built.folder_keys.items() if owner == key)
             given |= {name: getattr(level, name) for name in (key, *folders)}
     robot = given["robot"]

@@ -18,6 +18,7 @@ from typing import Any, TypeVar
 import mujoco
 import numpy as np
 
+from vrx_mj.config.base import marked_numbers
 from vrx_mj.config.dynamics import ContactConfig, PropellerConfig
 from vrx_mj.config.fleet import BoatConfig
 from vrx_mj.config.kinds import CLASSIC, MARINE
@@ -388,6 +389,7 @@ def boat_rows(
         station_start=len(tables.stations),
         station_count=len(kind.stations),
         thruster_start=start,
+        **_numbers_of_fleet(boat),
     )
     return Rows(
         hulls=[row],
@@ -404,6 +406,12 @@ def boat_rows(
         sensors=[replace(_with_names(sensor, boat.name), boat=boat.name) for sensor in kind.sensors],
         boats=[_entry(kind.boat, boat, life)],
     )
+
+
+def _numbers_of_fleet(boat: BoatConfig) -> dict[str, Any]:
+    """Numbers of the hull that the boat or its fleet gives by a key of its own."""
+    given = {mark.name: getattr(boat, key) for key, mark in marked_numbers(BoatConfig) if mark.record is Hull}
+    return {name: value for name, value in given.items() if value is not None}
 
 
 def _entry(robot: Boat, boat: BoatConfig, life: int) -> Entry:

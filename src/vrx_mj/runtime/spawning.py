@@ -194,6 +194,7 @@ class Roster:
         sensors: str | Sequence[str] | None = None,
         engines: str = "fixed",
         color: Sequence[float] | None = None,
+        **settings: object,
     ) -> None:
         """Add a boat at rest to the run. The others move exactly as without it, until they touch it.
 
@@ -211,6 +212,7 @@ class Roster:
             sensors: `vrx`, `none`, or names of suites or sensors; by default as in a fleet file.
             engines: `fixed` or `hinged`.
             color: red, green, blue and alpha of the hull, 0 to 1.
+            **settings: other keys of a fleet file's `boats`, such as `arguments` or `ais`.
 
         Raises:
             ConfigError: an argument is invalid, or the robot does not exist.
@@ -219,7 +221,7 @@ class Roster:
         """
         paths = {"robot": robot, "thrusters": thrusters, "components": components}
         files = {key: path for key, path in paths.items() if path is not None}
-        entry = {"name": name, "pose": pose, "sensors": sensors, "engines": engines, "color": color}
+        entry = {"name": name, "pose": pose, "sensors": sensors, "engines": engines, "color": color, **settings}
         self._spawning.add("spawn", with_boat, files, **entry)
 
     @in_turn

@@ -30,6 +30,16 @@ def test_a_touch_is_counted_once_though_a_boat_joins_meanwhile():
     assert sim._live.arrays.touches.tolist() == before.tolist()
 
 
+def test_a_newcomer_has_all_settings_of_a_fleet_s_boats():
+    sim = vrx_mj.Simulation(vrx_mj.compile_world(water(), fleet=boats((0.0, 0.0, 0.0))))
+    given = {"ais": "A", "arguments": {"locked": "false"}, "controller": "my_boat:controller"}
+    sim.spawn("late", pose=[40, 0, AFLOAT, 0, 0, 0], robot="wamv", sensors="none", **given)
+    late = next(boat for boat in sim.world.parameters.boats if boat.name == "late")
+    assert {key: getattr(late, key) for key in given} == given
+    with pytest.raises(vrx_mj.VrxError, match=r"^<boat>: aiz: unknown key 'aiz'; allowed: .*ais"):
+        sim.spawn("later", pose=[80, 0, AFLOAT, 0, 0, 0], aiz="A")
+
+
 def test_beacons_stay_with_their_boats():
     sensors = {"a": (QUIET_PINGER, GPS), "b": (QUIET_PINGER,), "c": (QUIET_PINGER,)}
     sim = sailing(sensors, fleet=boats((0.0, 0.0, 0.3), (30.0, 0.0, 0.0), (60.0, 0.0, 0.0)), sea=CALM)
