@@ -132,7 +132,7 @@ class _Check:
     def environments(self) -> None:
         """Environments beside the CPU's, and how many steps they make with tensors."""
         if self._gymnasium is None or self._torch is None:
-            print("environments and graphs are left out: Gymnasium or PyTorch is not installed")
+            print("environments are left out: Gymnasium or PyTorch is not installed")
             return
         make, torch, extent = self._gymnasium.make_vec, self._torch, self._extent
         here, there = (make(num_envs=_FEW, **_ENVIRONMENT, **how) for how in ({"engine": "free"}, {"device": "cuda"}))
@@ -159,6 +159,7 @@ class _Check:
     def graph(self, world: World) -> None:
         """Steps that a CUDA graph replays beside plain calls."""
         if self._torch is None:
+            print("a CUDA graph is left out: PyTorch is not installed")
             return
         torch, more = self._torch, self._extent.more
         stream, graph = torch.cuda.Stream(), torch.cuda.CUDAGraph()
@@ -197,7 +198,7 @@ def main(extent: Extent = Extent()) -> int:  # noqa: B008  (it is a tuple of num
     Raises:
         CommandError: there is no graphics processor, or not enough memory.
     """
-    check_driver()
+    check_driver("run this on a machine with an NVIDIA card")
     begun, check = time.perf_counter(), _Check(extent, _found("torch"), _found("gymnasium"))
     print(check.card, flush=True)
     fleet = {"usv_count": 1, "thrusters": "H", "engines": "fixed", "sensors": "none", "positions": [{"x": 0, "y": 0}]}

@@ -147,7 +147,7 @@ def check(monkeypatch, card):
     """The module, which needs no numba-cuda then."""
     device = SimpleNamespace(name="a card")
     cuda = SimpleNamespace(get_current_device=lambda: device, synchronize=int)
-    rows = SimpleNamespace(Batch=Rows, check_driver=int)
+    rows = SimpleNamespace(Batch=Rows, check_driver=str)
     module = load(monkeypatch, "check", cuda, {"vrx_mj.cuda.batch": rows})
     module.compile_world = lambda world, fleet: world
     module.time = SimpleNamespace(perf_counter=lambda: card.now)
@@ -240,9 +240,12 @@ def test_a_slow_card_is_no_fault(check, card, capsys):
 
 @pytest.mark.parametrize("missing", ["torch", "gymnasium"])
 def test_what_is_not_installed_is_left_out(missing, check, capsys, monkeypatch):
+    """A graph needs PyTorch alone, and is compared without Gymnasium."""
     monkeypatch.setitem(sys.modules, missing, None)
     status, lines, verdicts = printed(check, capsys, divisor=2048)
     assert status == 0
-    assert "environments and graphs are left out: Gymnasium or PyTorch is not installed" in lines
+    assert "environments are left out: Gymnasium or PyTorch is not installed" in lines
     assert "  1 rows made and compiled in 0.5 s" in lines
     assert not any("environments" in line for line in verdicts)
+    without_torch = "a CUDA graph is left out: PyTorch is not installed" in lines
+    assert ("the same bits from a CUDA graph: yes" in verdicts) == (not without_torch) == (missing == "gymnasium")
