@@ -54,11 +54,11 @@ def test_the_check_runs_through_in_the_simulator():
     """Every line of it but the driver's: comparisons, speeds, environments with tensors, a graph, and verdicts."""
     lines = run(str(HERE / "simulated_check.py"), NUMBA_ENABLE_CUDASIM="1")
     verdicts = lines[next(number for number, line in enumerate(lines) if line.startswith("verdicts")) + 1 :]
-    assert len(verdicts) == 13
+    assert len(verdicts) == 14
     assert all(line.startswith("numba's simulator: ") for line in verdicts)
     assert sum(line.endswith(": yes") for line in verdicts) == 9
     wanted = [line.split("wanted ")[1].split(":")[0] for line in verdicts if "wanted" in line]
-    assert wanted == ["1000", "100", "400", "20"]
+    assert wanted == ["1000", "100", "400", "317", "20"]
 
 
 @pytest.mark.parametrize(
