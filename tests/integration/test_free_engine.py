@@ -78,14 +78,25 @@ def test_what_varies_by_row_is_in_its_step(world):
     assert np.abs(batches[1].qpos[0] - batches[1].qpos[1]).max() > 0.1
 
 
-def test_a_touch_loses_nothing():
-    """Two boats meet: MuJoCo takes over before they do, and they part as with MuJoCo alone."""
-    world = vrx_mj.compile_world(water(sea=ROUGH), fleet=head_on())
+@pytest.mark.parametrize(
+    ("objects", "fleet"),
+    [
+        ([], head_on()),
+        ([{"model": "mb_round_buoy_black", "name": "b", "pose": [6, 1, 0, 0, 0, 0]}],
+         boats((0.0, 0.0, 0.0), engines="fixed")),
+    ],
+    ids=["boats", "buoy"],
+)  # fmt: skip
+def test_a_touch_loses_nothing(objects, fleet):
+    """Two boats meet, or a boat a buoy: MuJoCo takes over before, and they part as with MuJoCo alone."""
+    world = vrx_mj.compile_world(water(sea=ROUGH, objects=objects), fleet=fleet)
     batches = both(world, n=1)
     for batch in batches:
         sail(batch, 8.0, 1.0)
     assert batches[1]._rows._data
     assert apart(batches) < 1e-6
+    if objects:  # the buoy is thrown out of the way
+        assert np.linalg.norm(batches[0].qpos[0, :2] - (6.0, 1.0)) > 1.0
     batches[1].reset(seed=3)
     assert not batches[1]._rows._data
 

@@ -22,11 +22,10 @@ _DEVICES = (2, 13)
 """Kinds of device by DLPack's numbers: the card's memory, and managed memory."""
 
 
-def check_driver() -> None:
-    """CommandError: there is no graphics processor."""
+def check_driver(remedy: str = 'take vrx_mj.Batch(engine="free"), or device="cpu"') -> None:
+    """CommandError: there is no graphics processor; its message ends with the `remedy`."""
     if not (SIMULATED or cuda.is_available()):
-        text = 'take vrx_mj.Batch(engine="free"), or device="cpu"'
-        raise CommandError(f"no graphics processor: numba-cuda finds no CUDA driver (nvidia-smi); {text}")
+        raise CommandError(f"no graphics processor: numba-cuda finds no CUDA driver (nvidia-smi); {remedy}")
 
 
 class RowsObserved(NamedTuple):

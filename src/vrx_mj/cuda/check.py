@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import cuda
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.cuda.batch import Batch, check_driver
 from vrx_mj.errors import VrxError
 from vrx_mj.mjcf.compile import compile_world
@@ -33,6 +34,8 @@ _OBSERVATION_TOLERANCE = 1e-6
 _ENVIRONMENT: dict[str, Any] = {"id": "vrx_mj.rl:vrx_mj/StationKeeping-v0", "waves": (0, 1), "wind_speed": (0, 6)}
 _ENVIRONMENTS, _WANTED_RATE = 262_144, 100e6
 """Environments that are measured, and steps a second."""
+_PERIODS_WORLD, _PERIODS_ROWS, _PERIODS_WANTED_RATE = "vrx, 60 waves", 65_536, 317e6
+"""World whose rows are measured with waves of periods of their own, too, their number, and boat steps a second."""
 
 
 class _Case(NamedTuple):
@@ -114,10 +117,13 @@ class _Check:
         if (threads := many._rows.threads) > 1:
             self.judge(f"{name}: the same bits from the {threads} threads of a row", many._rows.threads_agree())
 
-    def measure(self, name: str, world: World, n: int, wanted: float | None) -> None:
-        """Boat steps a second of `n` rows."""
+    def measure(self, name: str, world: World, n: int, wanted: float | None, **varied: FloatArray) -> None:
+        """Boat steps a second of `n` rows; `varied` is what `Batch.vary` is given."""
         begun = time.perf_counter()
         rows = Batch(world, n, seed=_SEED)
+        if varied:
+            rows.vary(**varied)
+            rows.reset(seed=_SEED)
         _command(rows, n)
         rows.advance(_STEPS)
         rows.check()
@@ -132,7 +138,7 @@ class _Check:
     def environments(self) -> None:
         """Environments beside the CPU's, and how many steps they make with tensors."""
         if self._gymnasium is None or self._torch is None:
-            print("environments and graphs are left out: Gymnasium or PyTorch is not installed")
+            print("environments are left out: Gymnasium or PyTorch is not installed")
             return
         make, torch, extent = self._gymnasium.make_vec, self._torch, self._extent
         here, there = (make(num_envs=_FEW, **_ENVIRONMENT, **how) for how in ({"engine": "free"}, {"device": "cuda"}))
@@ -159,6 +165,7 @@ class _Check:
     def graph(self, world: World) -> None:
         """Steps that a CUDA graph replays beside plain calls."""
         if self._torch is None:
+            print("a CUDA graph is left out: PyTorch is not installed")
             return
         torch, more = self._torch, self._extent.more
         stream, graph = torch.cuda.Stream(), torch.cuda.CUDAGraph()
@@ -197,7 +204,7 @@ def main(extent: Extent = Extent()) -> int:  # noqa: B008  (it is a tuple of num
     Raises:
         CommandError: there is no graphics processor, or not enough memory.
     """
-    check_driver()
+    check_driver("run this on a machine with an NVIDIA card")
     begun, check = time.perf_counter(), _Check(extent, _found("torch"), _found("gymnasium"))
     print(check.card, flush=True)
     fleet = {"usv_count": 1, "thrusters": "H", "engines": "fixed", "sensors": "none", "positions": [{"x": 0, "y": 0}]}
@@ -207,6 +214,9 @@ def main(extent: Extent = Extent()) -> int:  # noqa: B008  (it is a tuple of num
         check.compare(name, world)
         check.measure(name, world, max(1, 1024 // extent.divisor), None)
         check.measure(name, world, case.rows // extent.divisor, case.wanted)
+        if name == _PERIODS_WORLD:
+            own = np.linspace(0.9, 1.1, _PERIODS_ROWS // extent.divisor)
+            check.measure(f"{name} of each row's own", world, len(own), _PERIODS_WANTED_RATE, wave_period=own)
         if not number:
             print("StationKeeping, 3 waves of each row's own:", flush=True)
             check.environments()

@@ -17,7 +17,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Vector, Wrench, minus, motion_at_rest, rotate
 from vrx_mj.physics.tables import OwnWaves, Record, Table, Waves
-from vrx_mj.physics.waves import elevation, ramp
+from vrx_mj.physics.waves import elevations, ramp
 
 _STEPS = 100
 """Most steps of Newton's method."""
@@ -67,14 +67,20 @@ def hydrostatics(
     grown = ramp(sea, t)
     mean = sea.level + hull.level - motion.z
     fz, tx, ty = 0.0, 0.0, 0.0
-    for i in range(hull.station_start, hull.station_start + hull.station_count):
-        station = stations[i]
-        lx, ly, lz = rotate(motion, station.position)
-        height = grown * elevation(waves, motion.x + lx, motion.y + ly, t, own)
-        force = station_force(hull, station, mean + height - lz)
-        fz += force
-        tx += ly * force
-        ty -= lx * force
+    last = hull.station_start + hull.station_count - 1
+    for first in range(hull.station_start, last + 1, 4):
+        arms = (
+            rotate(motion, stations[first].position), rotate(motion, stations[min(first + 1, last)].position),
+            rotate(motion, stations[min(first + 2, last)].position),
+            rotate(motion, stations[min(first + 3, last)].position),
+        )  # fmt: skip
+        heights = elevations(waves, motion.x, motion.y, arms, t, own)
+        for k in range(min(4, last + 1 - first)):
+            lx, ly, lz = arms[k]
+            force = station_force(hull, stations[first + k], mean + grown * heights[k] - lz)
+            fz += force
+            tx += ly * force
+            ty -= lx * force
     return Wrench(0.0, 0.0, fz, tx, ty, 0.0)
 
 

@@ -406,6 +406,35 @@ def elevation(waves: Waves, x: float, y: float, t: float, own: OwnWaves = None) 
 
 
 @kernel
+def elevations(
+    waves: Waves, x: float, y: float, arms: tuple[Vector, Vector, Vector, Vector], t: float, own: OwnWaves = None
+) -> tuple[float, float, float, float]:
+    """Return `elevation` at four points, which are `arms` from (x, y) [m], to the bit; each wave is read once for all.
+
+    Waves in columns are read for each point: their cosines are written into the columns.
+    """
+    (ax, ay, _), (bx, by, _), (cx, cy, _), (dx, dy, _) = arms
+    ax, ay, bx, by, cx, cy, dx, dy = x + ax, y + ay, x + bx, y + by, x + cx, y + cy, x + dx, y + dy
+    if waves.ndim == 2:
+        a, b = elevation_of_columns(waves, ax, ay, t), elevation_of_columns(waves, bx, by, t)
+        return a, b, elevation_of_columns(waves, cx, cy, t), elevation_of_columns(waves, dx, dy, t)
+    a, b, c, d, far = 0.0, 0.0, 0.0, 0.0, False
+    for i in range(waves.size):
+        wave, phase, size = waves[i], own_phase(waves, own, i), own_size(waves[i].amplitude, waves, own, i)
+        at_a, at_b = phase_gained(wave, ax, ay, t) + phase, phase_gained(wave, bx, by, t) + phase
+        at_c, at_d = phase_gained(wave, cx, cy, t) + phase, phase_gained(wave, dx, dy, t) + phase
+        far |= not (abs(at_a) < FAR and abs(at_b) < FAR and abs(at_c) < FAR and abs(at_d) < FAR)
+        a += size * near_cosine(at_a)
+        b += size * near_cosine(at_b)
+        c += size * near_cosine(at_c)
+        d += size * near_cosine(at_d)
+    if far:
+        a, b = elevation(waves, ax, ay, t, own), elevation(waves, bx, by, t, own)
+        c, d = elevation(waves, cx, cy, t, own), elevation(waves, dx, dy, t, own)
+    return a, b, c, d
+
+
+@kernel
 def surface_height(waves: Waves, sea: Record, x: float, y: float, t: float, own: OwnWaves = None) -> float:
     """Return the height [m] of the water's surface in the world at (x, y) [m] and time `t` [s].
 

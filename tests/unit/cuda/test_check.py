@@ -66,6 +66,13 @@ class Rows:
 
         launch() if self.card.captured is None else self.card.captured.append(launch)
 
+    def vary(self, *, wave_period):
+        assert wave_period.shape == (len(self.own),)
+        self.card.varied = wave_period
+
+    def reset(self, *, seed):
+        assert seed == 7
+
     def check(self):
         self.card.checked.append(len(self.own))
 
@@ -147,7 +154,7 @@ def check(monkeypatch, card):
     """The module, which needs no numba-cuda then."""
     device = SimpleNamespace(name="a card")
     cuda = SimpleNamespace(get_current_device=lambda: device, synchronize=int)
-    rows = SimpleNamespace(Batch=Rows, check_driver=int)
+    rows = SimpleNamespace(Batch=Rows, check_driver=str)
     module = load(monkeypatch, "check", cuda, {"vrx_mj.cuda.batch": rows})
     module.compile_world = lambda world, fleet: world
     module.time = SimpleNamespace(perf_counter=lambda: card.now)
@@ -166,7 +173,8 @@ def printed(check, capsys, **extent):
 def test_all_that_is_printed(check, card, capsys):
     status, lines, verdicts = printed(check, capsys)
     assert status == 0
-    assert card.checked == [16, 4096, 16, 4096, 16, 512]
+    assert card.checked == [16, 4096, 16, 4096, 1024, 16, 512]
+    assert (card.varied.min(), card.varied.max()) == (0.9, 1.1)
     assert lines[:20] == [
         "a card", "vrx, 5 waves:",
         "  vrx, 5 waves, 10 s: 1.8e-10 from the CPU's, within 1e-09: yes",
@@ -187,13 +195,15 @@ def test_all_that_is_printed(check, card, capsys):
     assert [line for line in verdicts if "wanted" not in line] == [
         line.strip() for line in lines if line.endswith(": yes")
     ]
+    rate = ", 10 steps a launch, boat steps: 1073.7 million a second, wanted"
     assert [line for line in verdicts if "wanted" in line] == [
-        "vrx, 5 waves, 4096 rows, 10 steps a launch, boat steps: 1073.7 million a second, wanted 1000: met",
+        f"vrx, 5 waves, 4096 rows{rate} 1000: met",
         "StationKeeping, 4096 environments with tensors, steps: 134.2 million a second, wanted 100: met",
-        "vrx, 60 waves, 4096 rows, 10 steps a launch, boat steps: 1073.7 million a second, wanted 400: met",
-        "marine, 60 waves, 512 rows, 10 steps a launch, boat steps: 1073.7 million a second, wanted 20: met",
+        f"vrx, 60 waves, 4096 rows{rate} 400: met",
+        f"vrx, 60 waves of each row's own, 1024 rows{rate} 317: met",
+        f"marine, 60 waves, 512 rows{rate} 20: met",
     ]
-    assert len(verdicts) == 16
+    assert len(verdicts) == 17
 
 
 BITS = [f"{world} waves: the same bits from run to run, and in 4 and 6 rows: NO"
@@ -234,15 +244,18 @@ def test_a_slow_card_is_no_fault(check, card, capsys):
     status, _, verdicts = printed(check, capsys, divisor=2048)
     assert status == 0
     assert [line.partition(", wanted ")[2] for line in verdicts if "wanted" in line] == [
-        "1000: NOT MET", "100: NOT MET", "400: NOT MET", "20: met",
+        "1000: NOT MET", "100: NOT MET", "400: NOT MET", "317: NOT MET", "20: met",
     ]  # fmt: skip
 
 
 @pytest.mark.parametrize("missing", ["torch", "gymnasium"])
 def test_what_is_not_installed_is_left_out(missing, check, capsys, monkeypatch):
+    """A graph needs PyTorch alone, and is compared without Gymnasium."""
     monkeypatch.setitem(sys.modules, missing, None)
     status, lines, verdicts = printed(check, capsys, divisor=2048)
     assert status == 0
-    assert "environments and graphs are left out: Gymnasium or PyTorch is not installed" in lines
+    assert "environments are left out: Gymnasium or PyTorch is not installed" in lines
     assert "  1 rows made and compiled in 0.5 s" in lines
     assert not any("environments" in line for line in verdicts)
+    without_torch = "a CUDA graph is left out: PyTorch is not installed" in lines
+    assert ("the same bits from a CUDA graph: yes" in verdicts) == (not without_torch) == (missing == "gymnasium")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from unit.cuda.standalone import load
+from vrx_mj.errors import CommandError
 
 ROWS = 3
 TIME, GOING = np.arange(ROWS) * 1.0, np.array([True, False, True])
@@ -137,3 +138,33 @@ def test_a_batch_has_a_thread_for_each_row_and_eight_in_marine(vrx_only, advance
     assert (batch._advance, batch._command, batch._observe) == (advance, "command", "observe")
     assert (batch.n, batch.world, batch._thrusters, batch._angles) == (ROWS, "world", (1, 2), (3,))
     assert (batch._asked, batch._going) == (0, going)
+
+
+@pytest.fixture
+def stand_ins():
+    names = ("advance_vrx", "advance_marine", "command", "observe", "launcher", "begin_rows", "write_rows", "Stream")
+    return SimpleNamespace(SIMULATED=False, **dict.fromkeys(names))
+
+
+def test_commands_on_another_device_are_refused(monkeypatch, stand_ins):
+    cuda = SimpleNamespace(get_current_device=lambda: SimpleNamespace(id=1))
+    tables = SimpleNamespace(DeviceArray=object, DeviceRows=object)
+    module = load(monkeypatch, "batch", cuda, {"vrx_mj.cuda.kernels": stand_ins, "vrx_mj.cuda.rows": tables})
+    batch = module.Batch.__new__(module.Batch)
+    batch.n, batch._batch = ROWS, SimpleNamespace(channels=("port",))
+    tensor = SimpleNamespace(__cuda_array_interface__={}, __dlpack_device__=lambda: (2, 0))
+    with pytest.raises(CommandError, match=r"^commands are on device 0: move them to device 1, which has the rows$"):
+        batch.command(tensor)
+
+
+@pytest.mark.parametrize(("size", "fit"), [(3_002, None), (3_003, 2)])
+def test_too_little_memory_on_the_device_says_how_many_rows_fit(size, fit, monkeypatch, stand_ins):
+    context = SimpleNamespace(get_memory_info=lambda: (3_003, 9_999))
+    cuda = SimpleNamespace(current_context=lambda: context)
+    module = load(monkeypatch, "rows", cuda, {"vrx_mj.cuda.kernels": stand_ins})
+    rows = SimpleNamespace(_rows=SimpleNamespace(n=ROWS))
+    if fit is None:
+        module.DeviceRows._check_memory(rows, size)
+    else:
+        with pytest.raises(CommandError, match=f"^no memory for {ROWS} rows: .*; make at most {fit} rows$"):
+            module.DeviceRows._check_memory(rows, size)

@@ -24,7 +24,8 @@ from unit.physics.rows import (
 )
 from vrx_mj.physics.drag import drag
 from vrx_mj.physics.hydrostatics import hydrostatics, section_area, station_force
-from vrx_mj.physics.waves import pms_components, surface_height
+from vrx_mj.physics.motion import rotate
+from vrx_mj.physics.waves import elevation, pms_components, ramp, surface_height
 
 SECTIONS = [  # depth, area, force per station: VRX's formula, computed by other code
     (-0.1, 0.0, 0.0),
@@ -110,6 +111,22 @@ def test_lift_is_the_sum_over_stations(stations):
             force = station_force(boat, floats[0], 0.05 + surface_height(waves, water, at[0], at[1], 33.0) - at[2])
             total += (*(0, 0, force), *np.cross(lever, (0, 0, force)))
     assert hydrostatics(boat, floats, waves, water, body, 33.0) == pytest.approx(total, rel=1e-12, abs=1e-9)
+
+
+@pytest.mark.parametrize("count", range(10))
+@pytest.mark.parametrize("start", [0, 3])
+def test_any_number_of_stations_is_summed_in_their_order(count, start):
+    """To the bit: four of them read a wave at once."""
+    (waves, water), body = sea_of("W04"), moving((3.0, -4.0, -0.1), (0.1, -0.05, 2.0))
+    floats = np.concatenate([lines(count=4), lines(count=2)])
+    fz, tx, ty = 0.0, 0.0, 0.0
+    for station in floats[start : start + count]:
+        lever = rotate(body, station["position"])
+        height = ramp(water, 33.0) * elevation(waves, body.x + lever[0], body.y + lever[1], 33.0)
+        force = station_force(hull(), station, water["level"] + hull()["level"] - body.z + height - lever[2])
+        fz, tx, ty = fz + force, tx + lever[1] * force, ty - lever[0] * force
+    boat = hull(station_start=start, station_count=min(count, len(floats) - start))
+    assert hydrostatics(boat, floats, waves, water, body, 33.0) == (0.0, 0.0, fz, tx, ty, 0.0)
 
 
 @pytest.mark.parametrize("name", ["wamv", "dynA", "wamv_am1"])

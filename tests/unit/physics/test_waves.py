@@ -12,6 +12,8 @@ from vrx_mj.model.tables import WAVE
 from vrx_mj.physics.kinematics import surface_plane
 from vrx_mj.physics.waves import (
     cwr_components,
+    elevation,
+    elevations,
     pms_components,
     ramp,
     row_waves,
@@ -191,6 +193,18 @@ def test_what_is_a_row_s_own_counts_as_if_it_were_in_the_table(size):
     np.testing.assert_array_equal(wave_columns(waves, water, 4, own), wave_columns(whole, water, 4))
     reach = (0.9, -0.4, 0.5)
     assert surface_plane(waves, water, reach, *at, own) == surface_plane(whole, water, reach, *at)
+
+
+@pytest.mark.parametrize("far", [1.0, 1e8])
+@pytest.mark.parametrize("size", [0, 1, 4, 7])
+def test_heights_at_four_points_are_those_at_each_to_the_bit(size, far):
+    """In every form that kernels take; far: phases beyond a million radians."""
+    (waves, water), own = SEAS["J"], np.array([0.7, 0.3, 1.0, -2.0, 1.1, 0.9, 1.2])[:size]
+    arms = ((0.0, 0.0, 1.0), (4.9, 0.0, 1.0), (-2.0, far, 0.0), (-2.0, -far, 0.0))
+    for form, more in ((waves, own), (waves, None), (wave_columns(waves, water, 4, own), None)):
+        each = [elevation(form, 3.0 + east, -2.0 + north, 4.0, more) for east, north, _ in arms]
+        assert elevations(form, 3.0, -2.0, arms, 4.0, more) == tuple(each)
+        assert len(set(each)) == 4
 
 
 # Seas that differ from a world's
