@@ -185,6 +185,7 @@ class Roster:
     @in_turn
     def spawn(
         self,
+        /,
         name: str,
         *,
         pose: Sequence[float],
