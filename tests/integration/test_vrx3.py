@@ -36,7 +36,7 @@ def test_what_a_world_says_counts_more():
 def test_classic_worlds_keep_theirs():
     world = load_world({"physics": {"profile": "vrx"}})
     assert (world.physics.timestep, world.sea.scale) == (0.01, 1.5)
-    assert world.physics.at_base_link == ("gps", "imu", "pinger")
+    assert world.physics.at_base_link == ("pinger",)
 
 
 # Commands

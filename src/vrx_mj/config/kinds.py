@@ -33,10 +33,10 @@ _FORMATS = "vrx_mj.formats"
 """The package whose READERS are used."""
 _OUR_ENDS = (".yaml", ".yml", ".txt")
 _DEFAULTS: Mapping[str, Mapping[str, Any]] = {
-    "vrx3": {"physics": {"timestep": 0.004, "at_base_link": ("pinger",)}, "sea": {"scale": 1.1}},
+    "vrx3": {"physics": {"timestep": 0.004}, "sea": {"scale": 1.1}},
     "marine": {"physics": {"gravity": STANDARD_GRAVITY, "at_base_link": ()}},
 }
-"""Defaults of a world by profile; VRX 3's GPS and IMU are links of their own, its sea is Wavefield.cc's."""
+"""Defaults of a world by profile; VRX 3's sea is Wavefield.cc's."""
 
 
 class FileKind(NamedTuple):

@@ -148,10 +148,9 @@ class PhysicsConfig(Config):
     quirks: tuple[Literal["wind_stale_link"], ...] = ()
     """Defects of VRX's worlds to keep. `wind_stale_link`: no wind acts on boats, because VRX's file names a link that
     they do not have."""
-    at_base_link: tuple[Literal["gps", "imu", "pinger"], ...] = ("gps", "imu", "pinger")
+    at_base_link: tuple[Literal["gps", "imu", "pinger"], ...] = ("pinger",)
     """Sensors that measure at the origin of `base_link`, wherever they are mounted; all others measure where they are
-    mounted. The default depends on the profile; in marine it is empty. `[pinger]`, the default of vrx3, is what VRX's
-    plugins do if GPS and IMU links are not merged into `base_link`, like those of the WAM-V's own macros."""
+    mounted. The default is that of VRX's plugins; in profile marine it is empty."""
 
 
 class Georeference(Geodetic, Config):

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
 _ECCENTRICITY2 = FLATTENING * (2.0 - FLATTENING)
 """Square of the Earth's first eccentricity."""
-_ANTENNA_FIX_HEIGHT = 0.7
-"""A first fix above this height [m] is of the antenna, 1.3 m up; VRX classic's plugin gives the place of
+_ANTENNA_SHARE = 0.5
+"""Share of the antenna's height above which a first fix is of the antenna; a world may let the GPS give the place of
 `base_link`."""
 
 Point = tuple[float, float]
@@ -233,7 +233,7 @@ class Navigator:
         """Lay the local frame at the first fix."""
         fix, mount = reading.data, reading.mount
         self.plane = TangentPlane(fix.latitude, fix.longitude)
-        if fix.altitude > _ANTENNA_FIX_HEIGHT and mount is not None:
+        if mount is not None and fix.altitude > _ANTENNA_SHARE * mount.position[2]:
             self._antenna = tuple(float(value) for value in mount.position)
 
     def _readings(self, boat: "BoatObservation") -> "tuple[Reading, Reading] | None":
