@@ -126,8 +126,7 @@ def function_of(kind: str, source: object, *, find: bool = False) -> Callable[..
     readers: Sequence[Reader] = resolve_name(f"{_FORMATS}:READERS")
     own = (reader for reader in readers if reader.kind == kind and reader.claims(str(source).lower()))
     name = next(filter(None, (reader.find if find else reader.read for reader in own)), None)
-    function: Callable[..., Any] | None = resolve_name(f"{_FORMATS}.{name}") if name else None
-    return function
+    return resolve_name(f"{_FORMATS}.{name}") if name else None
 
 
 def needs(kind: str) -> str:

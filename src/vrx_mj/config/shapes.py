@@ -206,8 +206,7 @@ def _convex_hulls(pieces: Iterable[FloatArray]) -> list[FloatArray]:
 
 def normals_of(triangles: FloatArray) -> FloatArray:
     """Normals (n, 3) of triangles (n, 3, 3), as long as twice their areas."""
-    found: FloatArray = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    return found
+    return np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
 
 
 def _hull(points: FloatArray) -> FloatArray:

@@ -240,8 +240,7 @@ def _compose(text: str) -> Node | None:
     if yaml.__with_libyaml__ and not _DISPUTED.search(text):
         with contextlib.suppress(yaml.YAMLError):
             return _LibyamlComposer(text).get_single_node()
-    node: Node | None = _PythonComposer(text).get_single_node()
-    return node
+    return _PythonComposer(text).get_single_node()
 
 
 class _Builder:

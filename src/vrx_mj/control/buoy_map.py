@@ -107,8 +107,7 @@ def level_points(
     stern, bow, side = _HULL_BOX
     own = (seen[:, 0] > stern) & (seen[:, 0] < bow) & (np.abs(seen[:, 1]) < side)
     near = np.hypot(seen[:, 0], seen[:, 1]) < reach
-    level: FloatArray = seen[near & ~own] @ attitude.T
-    return level
+    return seen[near & ~own] @ attitude.T
 
 
 def lidar_points(now: Moment, pause: Pause, period: float, *, reach: float) -> FloatArray | None:

@@ -216,8 +216,7 @@ def _areas(boats: Sequence[BoatConfig], built: Callable[[BoatConfig], Boat]) -> 
 
 
 def _corners_at(corners: FloatArray, pose: Pose) -> FloatArray:
-    placed: FloatArray = _rotate(corners, pose[5]) + pose[:2]
-    return placed
+    return _rotate(corners, pose[5]) + pose[:2]
 
 
 def outline(boat: Boat) -> FloatArray:

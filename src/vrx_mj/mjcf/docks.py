@@ -80,8 +80,7 @@ def docks_overlap(a: Blocks, b: Blocks) -> bool:
 def block_corners(dock: PlacedDock) -> FloatArray:
     """Corners of the blocks in the world, (n, 4, 2) [m], seen from above."""
     around = dock.block / 2.0 * np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
-    corners: FloatArray = _squares(dock)[:, None] + around @ _axes(dock)
-    return corners
+    return _squares(dock)[:, None] + around @ _axes(dock)
 
 
 def _squares(dock: Blocks) -> FloatArray:

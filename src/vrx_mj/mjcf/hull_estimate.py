@@ -193,8 +193,7 @@ def _hull(wet: FloatArray) -> _Hull:
 
 def _between(corners: FloatArray, low: float, high: float) -> FloatArray:
     """The parts of triangles between two x."""
-    part: FloatArray = -below(-below(corners[:, :, [1, 2, 0]], high), -low)[:, :, [2, 0, 1]]
-    return part
+    return -below(-below(corners[:, :, [1, 2, 0]], high), -low)[:, :, [2, 0, 1]]
 
 
 def estimated_hull(

@@ -65,8 +65,7 @@ def about_origin(matrix: FloatArray, point: Sequence[float] | FloatArray) -> Flo
     The point moves with v_p = v + w x p, and its force has the torque p x f about the origin: T' M T.
     """
     transform = _transform(point)
-    moved: FloatArray = transform.T @ matrix @ transform
-    return moved
+    return transform.T @ matrix @ transform
 
 
 def _transform(point: Sequence[float] | FloatArray) -> FloatArray:

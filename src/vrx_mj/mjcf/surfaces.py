@@ -149,8 +149,7 @@ def _passages(corners: FloatArray) -> tuple[IntArray, FloatArray, FloatArray, fl
 
 def _turn(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
     """Twice the area of flat triangles (n, 2), above 0 counter-clockwise."""
-    found: FloatArray = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-    return found
+    return (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
 
 
 def crossings(corners: FloatArray) -> tuple[int, FloatArray]:

@@ -108,8 +108,7 @@ class DeviceEnvironment(Environment):
     def _advance(self, going: BoolArray) -> BoolArray:
         self._device.step(self.actions.commands(self._last), duration=PERIOD, rows=going)
         self._device.observe()
-        diverged: BoolArray = self.seen.diverged
-        return diverged
+        return self.seen.diverged
 
 
 class DeviceRows:

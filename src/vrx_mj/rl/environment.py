@@ -86,8 +86,7 @@ class LostBoats(RowArrays):
 
     def sunk_boats(self) -> BoolArray:
         """Which boats are under water."""
-        deep: BoolArray = self._heights() - self._rest < -SINKING_DEPTH
-        return deep
+        return self._heights() - self._rest < -SINKING_DEPTH
 
     def capsized_boats(self) -> BoolArray:
         """Which boats lie upside down, or nearly so."""
@@ -99,8 +98,7 @@ class LostBoats(RowArrays):
     def _heights(self) -> FloatArray:
         """Heights of the boats' origins over the surface [m]; NaN of those that have diverged."""
         features = self.seen.features
-        heights: FloatArray = features[..., 2] - self.seen.sea_height(features[..., 0], features[..., 1])
-        return heights
+        return features[..., 2] - self.seen.sea_height(features[..., 0], features[..., 1])
 
 
 class Roster(RowArrays):

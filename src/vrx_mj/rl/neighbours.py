@@ -111,8 +111,7 @@ def normals(keys: _Keys, counters: _Keys) -> FloatArray:
     """Numbers of the standard normal distribution, those of `physics.noise.normal`, for whole arrays."""
     even = counters * np.uint64(2)
     radius = np.sqrt(-2.0 * np.log(1.0 - _uniform(keys, even)))
-    drawn: FloatArray = radius * np.cos(2.0 * math.pi * _uniform(keys, even + np.uint64(1)))
-    return drawn
+    return radius * np.cos(2.0 * math.pi * _uniform(keys, even + np.uint64(1)))
 
 
 def _uniform(keys: _Keys, counters: _Keys) -> FloatArray:

@@ -67,8 +67,7 @@ class Picture:
         mujoco.mj_kinematics(self._model, self._data)
         self._cameras.set_sea(rows.waves(row))
         axes, time = np.array(rotation(*turned)), float(rows.time[row])
-        rgb: ByteArray = self._cameras.image(self._lens, self._data, place, axes, time).rgb
-        return rgb
+        return self._cameras.image(self._lens, self._data, place, axes, time).rgb
 
 
 def show(picture: ByteArray) -> None:

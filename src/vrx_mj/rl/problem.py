@@ -343,8 +343,7 @@ def wrap_angle(angle: FloatArray) -> FloatArray:
 def pose_error(team: Team, x: FloatArray, y: FloatArray, yaw: FloatArray) -> FloatArray:
     """VRX's error of a pose [m]: d + 0.75^d h, with d the distance [m] and h the difference of headings [rad]."""
     distance = np.hypot(x - team.x, y - team.y)
-    error: FloatArray = distance + 0.75**distance * np.abs(wrap_angle(yaw - team.yaw))
-    return error
+    return distance + 0.75**distance * np.abs(wrap_angle(yaw - team.yaw))
 
 
 def mean_of(values: FloatArray, who: BoolArray) -> FloatArray:

@@ -295,8 +295,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
     def state(self) -> Floats32:
         """Observations of all boats, one after another, with zeros for absent ones, as in `state_space`."""
         self._check_begun(EnvLogger.error_state_before_reset)
-        whole: Floats32 = self._seen.ravel().copy()
-        return whole
+        return self._seen.ravel().copy()
 
     def render(self) -> ByteArray | None:
         """Picture (height, width, 3) of the whole team; with `human` it is drawn in the terminal."""

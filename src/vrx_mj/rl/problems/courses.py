@@ -70,8 +70,7 @@ class StationKeeping(Problem):
 
     def forfeit(self, left: IntArray) -> FloatArray:
         """The error that the boat has, and 10 m more, for all steps left."""
-        lost: FloatArray = 0.1 * (self._error + _GOAL_DISTANCE) * left[:, None]
-        return lost
+        return 0.1 * (self._error + _GOAL_DISTANCE) * left[:, None]
 
     def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """The errors."""

@@ -110,8 +110,7 @@ class Docking(Problem):
 
 
 def _cost(along: FloatArray, aside: FloatArray) -> FloatArray:
-    cost: FloatArray = np.hypot(along, aside) + 2.0 * np.abs(aside)
-    return cost
+    return np.hypot(along, aside) + 2.0 * np.abs(aside)
 
 
 def _place_of(bay: Bay, dock: Dock) -> tuple[float, ...]:

@@ -254,23 +254,19 @@ class Encounter(Problem):
         kept = 1.0 - self._held / np.maximum(self._steps, 1)[:, None]
         safe = range_score(self._closest, MIN_CLEARANCE, _SAFE_DISTANCE)
         counts = (safe * self._passed * ~self._collided)[:, None]
-        scores: FloatArray = counts * pose_score(self._role, self._bearing, kept)
-        return scores
+        return counts * pose_score(self._role, self._bearing, kept)
 
     def _distances(self, team: Team) -> FloatArray:
         """Distances to the goals, (n, 2) [m]."""
         x, y = np.moveaxis(self._goals, -1, 0)
-        far: FloatArray = np.hypot(x - team.x, y - team.y)
-        return far
+        return np.hypot(x - team.x, y - team.y)
 
 
 def _gap(team: Team) -> FloatArray:
     """Distance between both boats, (n,) [m]."""
-    gap: FloatArray = np.hypot(team.x[:, 1] - team.x[:, 0], team.y[:, 1] - team.y[:, 0])
-    return gap
+    return np.hypot(team.x[:, 1] - team.x[:, 0], team.y[:, 1] - team.y[:, 0])
 
 
 def _speeds(team: Team) -> FloatArray:
     """Speeds over ground, (n, 2) [m/s]."""
-    speed: FloatArray = np.hypot(*team.velocity())
-    return speed
+    return np.hypot(*team.velocity())

@@ -119,8 +119,7 @@ class Formation(Problem):
 
     def forfeit(self, left: IntArray) -> FloatArray:
         """What it is off, 10 m more, and having another too near, for all steps left."""
-        lost: FloatArray = (1.0 + 0.1 * (self._off + _LOSS_DISTANCE)) * left[:, None]
-        return lost
+        return (1.0 + 0.1 * (self._off + _LOSS_DISTANCE)) * left[:, None]
 
     def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """How far the boats are off their places."""
@@ -128,8 +127,7 @@ class Formation(Problem):
 
     def _rate(self) -> FloatArray:
         """The leaders' yaw rates (n,) [rad/s]."""
-        rate: FloatArray = self._bend * np.sin(2.0 * np.pi * self._time / _YAW_PERIOD + self._phase)
-        return rate
+        return self._bend * np.sin(2.0 * np.pi * self._time / _YAW_PERIOD + self._phase)
 
     def _go_on(self, going: BoolArray) -> None:
         self._time += np.where(going, PERIOD, 0.0)

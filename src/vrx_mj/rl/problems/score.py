@@ -86,8 +86,7 @@ class Score(Problem):
 
     def forfeit(self, left: IntArray) -> FloatArray:
         """What the scored boat forfeits, more than most tasks pay."""
-        lost: FloatArray = np.where(np.arange(self.size) == self.anchor, _LOSS, 0.0)[None] * (left > 0)[:, None]
-        return lost
+        return np.where(np.arange(self.size) == self.anchor, _LOSS, 0.0)[None] * (left > 0)[:, None]
 
     def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """The score and the other outputs of the task."""

@@ -342,8 +342,7 @@ def _speeds(sim: Simulation, axis: int, duration: float) -> tuple[FloatArray, Fl
 def _velocity(sim: Simulation, name: str) -> FloatArray:
     """Velocity (2,) toward east and north [m/s]."""
     seen = sim.observe_object(name)
-    found: FloatArray = (np.array(rotation_matrix(seen.quaternion)) @ seen.velocity)[:2]
-    return found
+    return (np.array(rotation_matrix(seen.quaternion)) @ seen.velocity)[:2]
 
 
 def _unit(degrees: float) -> FloatArray:
