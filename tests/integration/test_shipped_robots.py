@@ -60,6 +60,17 @@ def test_a_robot_floats_upright_and_sails_ahead(robot):
     assert abs(sailed.heading) < 0.1
 
 
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_every_command_of_a_robot_pushes_or_turns_something(robot):
+    sim = marine(robot, {"model": "none"})
+    for name in sim.command_names("a"):
+        sim.reset()
+        sim.step({"a": {name: 0.3}}, duration=0.1)
+        pushed = bool(sim.forces("a")["thrust"].any())
+        assert pushed is not name.endswith("_angle")
+        assert any(sim.steering("a").values()) is name.endswith("_angle")
+
+
 @pytest.mark.parametrize("robot", [robot for robot in SAILING if robot not in TURNING])
 def test_a_robot_keeps_its_course_in_profile_marine(robot):
     """At equal thrust a small turn dies away, or stays as small."""

@@ -14,10 +14,9 @@ import numpy.typing as npt
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.errors import DivergedError
 from vrx_mj.mjcf.world import World
-from vrx_mj.model.boats import Thruster
 from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.batch import Batch
-from vrx_mj.runtime.commands import ANGLE_SUFFIX
+from vrx_mj.runtime.commands import channels_of
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.sensors.sea import wave_table
 
@@ -37,12 +36,9 @@ class RefereedRow:
     def __init__(self, world: World) -> None:
         self.world, self.sim = world, Simulation(world)
         self.diverged: BoolArray = np.zeros(1, np.bool_)
-        known = {(world.boats[each.hull], each.name): each for each in world.parameters.thrusters}
-        given = [(boat, name) for boat in self.boats for name in self.sim.command_names(boat)]
-        limits = {channel: _limits(known, *channel) for channel in given}
-        useful = [channel for channel in given if any(limits[channel])]  # a fixed thruster's angle changes nothing
-        self.channels = tuple(sorted(useful, key=lambda channel: channel[1].endswith(ANGLE_SUFFIX)))
-        self.largest = np.array([limits[channel] for channel in self.channels])
+        channels = channels_of(world)
+        self.channels = tuple((channel.boat, channel.name) for channel in channels)
+        self.largest = np.array([channel.limits for channel in channels])
 
     @property
     def boats(self) -> tuple[str, ...]:
@@ -111,15 +107,6 @@ class RefereedRow:
         """Put a boat somewhere, moving."""
         if len(rows):
             self.sim.set_boat(boat, pose=pose[0].tolist(), velocity=velocity[0].tolist())
-
-
-def _limits(known: dict[tuple[str, str], Thruster], boat: str, name: str) -> tuple[float, float]:
-    """The least and the greatest command that changes anything."""
-    thruster = known.get((boat, name))
-    if thruster is None:
-        greatest = known[boat, name.removesuffix(ANGLE_SUFFIX)].max_angle
-        return -greatest, greatest
-    return thruster.command_limits
 
 
 Rows = Batch | RefereedRow

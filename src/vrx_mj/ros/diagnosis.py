@@ -54,6 +54,8 @@ _AFLOAT_CHECKS = 10
 """Consecutive checks without contact after which it is afloat again: waves free a boat ashore now and then."""
 _THRUST = "_thrust_cmd"
 """End of the topics of thrust commands."""
+_ANGLE = "_thrust_angle"
+"""End of the topics of angles."""
 _TURN_TIME = 1.0
 """Longest time between two messages of one sender, with others' in between, for which senders take turns [s]."""
 _MOST_SENDERS = 64
@@ -171,9 +173,17 @@ class Diagnosis:
         topic, key = unknown_publisher.topic, f"{unknown_publisher.topic} {unknown_publisher.sender}"
         if topic in table.inputs or key in self._reported:
             return
-        hint = self._hints(topic, unknown_publisher.type, table, self._sim.boats)
+        hint = self._fixed_thruster(topic) or self._hints(topic, unknown_publisher.type, table, self._sim.boats)
         if hint:
             self.once(key, f"{topic} has a publisher, {unknown_publisher.sender}, but no subscriber: {hint}")
+
+    def _fixed_thruster(self, topic: str) -> str:
+        """What is wrong with a topic of the angle of a thruster that cannot be turned; empty for other topics."""
+        boat, _, name = topic.strip("/").partition("/thrusters/")
+        own = self._sim.world.parameters.thrusters_of(boat) if boat in self._sim.boats else ()
+        fixed = {each.name for each in own if not each.max_angle}
+        thruster = name.removesuffix(_ANGLE).removesuffix("/pos")
+        return f"{thruster} of {boat} cannot be turned" if name != thruster and thruster in fixed else ""
 
     def note_refusal(self, command: "Command", why: str) -> None:
         """A message could not be taken."""

@@ -124,7 +124,7 @@ class Batch:
         with allocating(self.n, arrays.data):
             self._rows = RowTables(arrays, self.n, world.parameters.sea)
         self._variation, self._equilibrium = Variation(world, self._rows), Equilibrium(self._rows)
-        self._channels = tuple(one for one in channels_of(world) if one.acts)
+        self._channels = channels_of(world)
         columns = [(one.row, one.column != "command") for one in self._channels]
         self._thrusters, self._angles = np.array(columns, np.int64).reshape(-1, 2).T.copy()
         self._seeds, self._going = np.zeros(self.n, np.int64), np.ones(self.n, np.bool_)

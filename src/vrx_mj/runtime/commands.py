@@ -34,11 +34,6 @@ class Channel(NamedTuple):
     timeout: float
     """For how long a thrust lasts [s]; 0: until the next."""
 
-    @property
-    def acts(self) -> bool:
-        """Whether it is a thrust, or the angle of a thruster that turns."""
-        return self.column == "command" or self.limits != (0.0, 0.0)
-
     def number(self, value: object, where: str = "") -> float:
         """A value of this command; CommandError if it is not a finite number."""
         number = as_number(value)
@@ -58,13 +53,14 @@ class Channel(NamedTuple):
 
 
 def channels_of(world: World) -> tuple[Channel, ...]:
-    """Every command of a world: thrusts, then angles; rudders and sails have no thrust."""
+    """Every command of a world: thrusts, then angles; rudders and sails have no thrust, what is fixed has no angle."""
     pushing, steering = [], []
     for number, given in enumerate(world.parameters.thrusters):
         boat, name, angle = world.boats[given.hull], given.name, given.max_angle
         if not given.is_blade:
             pushing.append(Channel(boat, name, number, "command", given.command_limits, given.timeout))
-        steering.append(Channel(boat, name + ANGLE_SUFFIX, number, "angle_target", (-angle, angle), given.timeout))
+        if angle > 0.0:
+            steering.append(Channel(boat, name + ANGLE_SUFFIX, number, "angle_target", (-angle, angle), given.timeout))
     return (*pushing, *steering)
 
 

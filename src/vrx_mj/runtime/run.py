@@ -293,7 +293,7 @@ def _of_simulation(controller: Controller, sim: Simulation) -> Controller:
     """A controller as `run` calls it: a simulation is the only row of one that takes rows."""
     if not takes_rows(controller):
         return controller
-    channels = [channel for channel in channels_of(sim.world) if channel.acts]
+    channels = channels_of(sim.world)
 
     def control(_seen: Observation, time: float) -> dict[str, dict[str, float]]:
         given: Any = controller

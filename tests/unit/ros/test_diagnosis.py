@@ -17,6 +17,7 @@ from vrx_mj.ros.diagnosis import Diagnosis, TopicHints, meant_topic
 from vrx_mj.ros.interface import Command
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.table import make_tables
+from vrx_mj.ros.table.boats import boat_inputs
 from vrx_mj.ros.table.world import elsewhere, topics_of
 from vrx_mj.runtime.observation import BoatObservation
 
@@ -38,6 +39,22 @@ def test_who_publishes_where_no_boat_listens_is_told_what_was_meant(scene, topic
     scene.inbox.unknown_publisher("/rosbag/other", "std_msgs/Float32", "/rostopic_1")
     scene.server.receive()
     assert scene.told[-1] == f"{topic} has a publisher, /rostopic_1, but no subscriber: {hint}"
+
+
+@pytest.mark.parametrize("dialect", ["vrx", "vrx3"])
+def test_a_thruster_that_cannot_be_turned_has_no_topic_of_its_angle(dialect):
+    fleet = {"robot": "heron", "sensors": "none", "boats": [{"name": "heron", "pose": [0, 0, 0, 0, 0, 0]}]}
+    sim = vrx_mj.Simulation(vrx_mj.compile_world({"physics": {"profile": "vrx"}}, fleet=fleet))
+    host = SimpleNamespace(sim=sim, cmd_vel="off")
+    topics = [entry.name for entry in boat_inputs(host, "heron") if "thrusters/" in entry.name]
+    assert sorted(topics) == sorted(
+        f"/heron/thrusters/{side}{end}" for side in ("left", "right") for end in ("_thrust_cmd", "/thrust")
+    )
+    told = []
+    seen = Diagnosis(sim, lambda _level, text: told.append(text))
+    topic = {"vrx": "/heron/thrusters/left_thrust_angle", "vrx3": "/heron/thrusters/left/pos"}[dialect]
+    seen.unknown_publisher(SimpleNamespace(topic=topic, type="*", sender="/a"), SimpleNamespace(inputs={}))
+    assert told == [f"{topic} has a publisher, /a, but no subscriber: left of heron cannot be turned"]
 
 
 def test_a_command_that_comes_too_rarely_is_told(scene):
