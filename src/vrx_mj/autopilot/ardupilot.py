@@ -21,8 +21,9 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Self
 
+from vrx_mj.arguments import check_name
 from vrx_mj.autopilot.board import MAX_PULSE, MIN_PULSE, Board, Channels, channels_of, is_servo_pulse
-from vrx_mj.errors import CommandError, NetworkError, UnknownNameError
+from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.packages import root
 from vrx_mj.runtime.simulation import Simulation
 
@@ -161,8 +162,7 @@ class ArduPilot:
             raise CommandError(f"invalid ports {dict(given)}: each boat needs one of its own")
         try:
             for boat, port in given.items():
-                if boat not in sim.boats:
-                    raise UnknownNameError("boat", boat, sim.boats)
+                check_name("boat", boat, sim.boats)
                 channels, board = channels_of(sim.world, boat), Board(sim, boat)
                 self._links.append(_Link(boat, _listening(host, port), channels, board))
                 self._selector.register(self._links[-1].socket, selectors.EVENT_READ, self._links[-1])

@@ -13,9 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from vrx_mj.arguments import check_name
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import ImuConfig
-from vrx_mj.errors import CommandError, UnknownNameError
+from vrx_mj.errors import CommandError
 from vrx_mj.frames import quaternion_product, rotation_matrix
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Thruster
@@ -168,8 +169,7 @@ def channels_of(world: World, boat: str) -> dict[int, Channel]:
     known = _commands(world.parameters.thrusters_of(boat))
     found = {}
     for one in given:
-        if one.command not in known:
-            raise UnknownNameError(f"command of {boat}, which its robot's `autopilot:` has", one.command, known)
+        check_name(f"command of {boat}, which its robot's `autopilot:` has", one.command, known)
         usual = known[one.command]
         trim, span = (getattr(usual, key) if (own := getattr(one, key)) is None else own for key in ("trim", "span"))
         found[one.number] = replace(usual, trim=trim, span=span, dead_band=one.dead_band)

@@ -89,9 +89,8 @@ _BARE_WORLD = """
 BATCH_ROWS = 512
 _STEPS = 10
 """Physics steps of a call: one decision at 10 Hz."""
-_WINDOW = 0.5
-"""How long one side is timed [s]."""
-_BATCH_ROUNDS = 7
+WINDOW, BATCH_ROUNDS = 0.5, 7
+"""How long one side of batches is timed [s], and how often; of what is timed the median counts."""
 _THROTTLE = 0.1
 _RECORDING_ROUNDS = 4
 """Number of rounds with a recording, an even one."""
@@ -279,7 +278,7 @@ def import_seconds() -> float:
 
 def processor_seconds(*words: str) -> float:
     """Processor time of `vrx-mj` with these words, warm: user and system, median of nine [s]."""
-    return statistics.median(child_cost([sys.executable, "-m", "vrx_mj", *words])[0] for _ in range(9))
+    return statistics.median(child_cost(_vrx_mj(words))[0] for _ in range(9))
 
 
 def child_cost(command: list[str], folder: str | None = None) -> tuple[float, float]:
@@ -362,23 +361,22 @@ def batch_of(rows: int, threads: int | None = None, engine: Engine = "mujoco", s
     return batch
 
 
-def boat_steps_per_second(rounds: int = _BATCH_ROUNDS, window: float = _WINDOW) -> float:
-    """Physics steps of boats per second, all cores together: the median of `rounds` windows [s]."""
-    batch = batch_of(BATCH_ROWS)
-    return statistics.median(rate(batch, window) for _ in range(rounds))
+def boat_steps_per_second() -> float:
+    """Physics steps of boats per second, all cores together."""
+    return statistics.median(each for (each,) in rates(batch_of(BATCH_ROWS)))
 
 
-def two_threads_and_two_processes(rounds: int = _BATCH_ROUNDS, window: float = _WINDOW) -> tuple[float, float]:
+def two_threads_and_two_processes() -> tuple[float, float]:
     """Boat steps per second of a batch with two threads, and those of two processes at once with half the rows each.
 
-    They alternate, so that what else the machine does hits both; medians of `rounds` windows [s] each.
+    They alternate, so that what else the machine does hits both.
     """
     ours, theirs = [], []
     with ExitStack() as stack:
         workers = [stack.enter_context(fresh_process()) for _ in range(2)]
-        for _ in range(rounds + 1):  # the first makes the rows
-            ours.append(rate(batch_of(BATCH_ROWS, threads=2), window))
-            pair = [worker.submit(rate_on_one_thread, BATCH_ROWS // 2, window) for worker in workers]
+        for _ in range(BATCH_ROUNDS + 1):  # the first makes the rows
+            ours.append(rate(batch_of(BATCH_ROWS, threads=2), WINDOW))
+            pair = [worker.submit(rate_on_one_thread, BATCH_ROWS // 2, WINDOW) for worker in workers]
             theirs.append(sum(one.result() for one in pair))
     return statistics.median(ours[1:]), statistics.median(theirs[1:])
 
@@ -388,25 +386,27 @@ def rate_on_one_thread(rows: int, window: float) -> float:
     return rate(batch_of(rows, threads=1), window)
 
 
-def engine_ratio(rows: int, sea: str, rounds: int = _BATCH_ROUNDS, window: float = _WINDOW) -> float:
-    """Boat steps of the engine `free` over those of `mujoco` on one thread, by turns: the median of `rounds`."""
-    batches = [batch_of(rows, 1, engine, sea) for engine in get_args(Engine)]
-    pairs = ([rate(batch, window) for batch in batches] for _ in range(rounds))
+def engine_ratio(rows: int, sea: str) -> float:
+    """Boat steps of the engine `free` over those of `mujoco` on one thread, by turns."""
+    pairs = rates(*(batch_of(rows, 1, engine, sea) for engine in get_args(Engine)))
     return statistics.median(free / ours for ours, free in pairs)
 
 
-def free_rates(rounds: int = _BATCH_ROUNDS, window: float = _WINDOW) -> tuple[float, float]:
-    """Boat steps per second of 1,024 rows of the engine `free`, on one thread and on all cores: medians of `rounds`."""
-    one, every = (batch_of(1024, threads, "free") for threads in (1, None))
-    pairs = [(rate(one, window), rate(every, window)) for _ in range(rounds)]
-    return statistics.median(pair[0] for pair in pairs), statistics.median(pair[1] for pair in pairs)
+def free_rates() -> tuple[float, float]:
+    """Boat steps per second of 1,024 rows of the engine `free`, on one thread and on all cores."""
+    one, every = zip(*rates(*(batch_of(1024, threads, "free") for threads in (1, None))), strict=True)
+    return statistics.median(one), statistics.median(every)
 
 
-def row_cost(many: int, few: int, rounds: int = _BATCH_ROUNDS, window: float = _WINDOW) -> float:
+def row_cost(many: int, few: int) -> float:
     """What a row of the engine `free` costs among `many` over what it costs among `few`, on one thread, by turns."""
-    batches = [batch_of(rows, 1, "free") for rows in (many, few)]
-    pairs = ([rate(batch, window) for batch in batches] for _ in range(rounds))
+    pairs = rates(*(batch_of(rows, 1, "free") for rows in (many, few)))
     return statistics.median(among_few / among_many for among_many, among_few in pairs)
+
+
+def rates(*batches: Batch) -> list[list[float]]:
+    """Boat steps per second of batches that take turns, in each of `BATCH_ROUNDS` windows."""
+    return [[rate(batch, WINDOW) for batch in batches] for _ in range(BATCH_ROUNDS)]
 
 
 def per_second(call: Callable[[], object], window: float) -> float:
@@ -423,8 +423,8 @@ def rate(batch: Batch, window: float) -> float:
     return per_second(lambda: batch.advance(_STEPS), window) * _STEPS * batch.n * len(batch.boats)
 
 
-def environment_steps_per_second(rounds: int = _BATCH_ROUNDS, window: float = _WINDOW) -> float:
-    """Decisions per second of Gymnasium's `VectorEnv`, each of 10 physics steps; the median of `rounds` windows [s].
+def environment_steps_per_second() -> float:
+    """Decisions per second of Gymnasium's `VectorEnv`, each of 10 physics steps.
 
     Not a number where the extra `rl` is not installed.
     """
@@ -435,7 +435,7 @@ def environment_steps_per_second(rounds: int = _BATCH_ROUNDS, window: float = _W
     rows = VectorEnv("StationKeeping", BATCH_ROWS)
     rows.reset(seed=0)
     actions = np.full_like(rows.action_space.sample(), _THROTTLE)
-    return statistics.median(decisions(rows, actions, window) for _ in range(rounds))
+    return statistics.median(decisions(rows, actions, WINDOW) for _ in range(BATCH_ROUNDS))
 
 
 def decisions(rows: "VectorEnv", actions: npt.NDArray[np.float32], window: float) -> float:

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vrx_mj.arguments import check_name
 from vrx_mj.bar import Bar
 from vrx_mj.cli.options import Folder, above_zero
 from vrx_mj.cli.screen import print_table, show
-from vrx_mj.errors import CommandError, UnknownNameError, VrxWarning
+from vrx_mj.errors import CommandError, VrxWarning
 from vrx_mj.outputs import write_files
 
 if TYPE_CHECKING:
@@ -69,8 +70,7 @@ def trial(
 
     Example: vrx-mj trial turning skiff
     """
-    if name not in _OPTIONS:
-        raise UnknownNameError("trial", name, _OPTIONS)
+    check_name("trial", name, _OPTIONS)
     given = {"power": power, "helm": helm, "angle": angle, "mode": mode, "amount": amount}
     arguments = _arguments(name, given)
     from vrx_mj.mjcf.compile import compile_world

@@ -22,6 +22,7 @@ from vrx_mj.ros.parameters import command_topic
 from vrx_mj.ros.table import make_tables
 from vrx_mj.ros.table.boats import description
 from vrx_mj.ros.table.host import Bodies, Host, Scenery, odometry
+from vrx_mj.runtime.commands import ANGLE_SUFFIX
 from vrx_mj.runtime.observation import BoatObservation, Observation
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
@@ -29,8 +30,6 @@ from vrx_mj.runtime.timing import Schedule
 
 _Progress = Callable[[float, float], None]
 """Takes the recorded time that is reached and that of the end [s]."""
-_ANGLE = "_angle"
-"""Suffix of the command of an engine's angle."""
 _ROW_RATE = 1e3
 """Rate of `/clock` [Hz]: above that of rows, so that each row has one."""
 _ODOMETRY, _ODOMETRY_RATE = "nav_msgs/Odometry", 10.0
@@ -105,8 +104,8 @@ class Moment:
         """Commands that would have made a boat's engines push and turn as they did."""
         thrust, angle = self.thrust(boat), self.steering(boat)
         for name in self._sim.command_names(boat):
-            if name.endswith(_ANGLE):
-                yield name, angle[name.removesuffix(_ANGLE)]
+            if name.endswith(ANGLE_SUFFIX):
+                yield name, angle[name.removesuffix(ANGLE_SUFFIX)]
             elif name in self._thrusters[boat]:
                 yield name, self._thrusters[boat][name].command(thrust[name])
 

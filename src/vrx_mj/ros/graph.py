@@ -343,8 +343,6 @@ class Graph:
     def unregister(self, kind: str, name: str, node: str) -> None:
         """Take back what a node of this process has registered."""
         self.registrations.remove(kind, name, node, self.service_uri if kind == "service" else self.uri)
-        if kind == "service" and name in self.services and self.services[name].node == node:
-            del self.services[name]
         self._note_removal(kind, name, node)
 
     def register_remote(
@@ -364,8 +362,6 @@ class Graph:
     def forget(self, node: str) -> None:
         """A node has gone, and all that it had registered."""
         for kind, name in self.registrations.forget(node):
-            if kind == "service" and name in self.services and self.services[name].node == node:
-                del self.services[name]
             self._note_removal(kind, name, node)
         if node != self.node:
             self.local.discard(node)
@@ -446,14 +442,14 @@ class Graph:
 
     def _offer_parameters(self, given: Mapping[str, object]) -> None:
         own: dict[str, Any] = {}
+        before, self._own_parameters = self._own_parameters, Parameters()
         for name, value in given.items():
             try:
                 own[name] = plain(value)
             except CommandError as error:
                 self.notices.write("ERROR", "parameter", name, f"parameter {name}: {error}")
-        before, self._own_parameters = self._own_parameters, Parameters()
-        for name, value in own.items():
-            self._own_parameters.set(name, value)
+            else:
+                self._own_parameters.set(name, own[name])
         for name in self.own_parameters.keys() - own.keys():
             if self.parameters.has(name):
                 self.parameters.delete(name)
@@ -470,6 +466,8 @@ class Graph:
             kept.pop(node, None)
             if not kept:
                 del self._latched[name]
+        if kind == "service" and name in self.services and self.services[name].node == node:
+            del self.services[name]
         self._notify(kind, name)
 
     def _note_replacement(self, node: str, uri: str, gone: Iterable[tuple[str, str]]) -> None:
@@ -527,8 +525,7 @@ class Wires:
 
     def __init__(self, graph: Graph, servers: Sequence[Server]) -> None:
         self.graph, self.servers = graph, servers
-        self._queue = _mailbox()
-        self._dropped = 0
+        self._dropped, self._queue = 0, _mailbox()
 
     def start(self) -> Sequence[str]:
         """Open every wire; NetworkError: one cannot be opened, and why."""

@@ -95,20 +95,20 @@ class Publisher:
             make = output.make if output.sensor is None else output.blind
             if make is not None and output.sensor not in self._read and self._is_due(output, time):
                 self._make(output, make, time)
-        batch, self._batch = self._batch, []
-        batch.sort(key=lambda sent: sent.output.name == CLOCK)
-        if batch:
-            for transport in self._transports:
-                transport.publish(batch)
+        self._send()
 
     def repeat(self, name: str) -> None:
         """Send the present message of an output out of turn, if somebody listens and there is such an output."""
         output = self._table.outputs.get(name)
         if output is not None and output.sensor is None and name in self._wanted:
             self._make(output, output.make, self._sim.time)
-            batch, self._batch = self._batch, []
-            for transport in self._transports:
-                transport.publish(batch)
+            self._send()
+
+    def _send(self) -> None:
+        batch, self._batch = self._batch, []
+        batch.sort(key=lambda sent: sent.output.name == CLOCK)
+        for transport in self._transports if batch else ():
+            transport.publish(batch)
 
     def _listen(self) -> None:
         """Read the sensors that somebody listens to, and no others."""
@@ -136,10 +136,8 @@ class Publisher:
 
         def take(reading: Reading) -> None:
             for output in outputs:
-                if output.name in self._wanted:
-                    message = output.make(reading)
-                    if message is not None:
-                        self._batch.append(Sent(output, message, reading.time))
+                if output.name in self._wanted and (message := output.make(reading)) is not None:
+                    self._batch.append(Sent(output, message, reading.time))
 
         self._read[key] = self._sim.subscribe(boat, sensor, take)
 
@@ -281,7 +279,7 @@ class RosServer:
         self._transports, self._inbox, self._report, self._clock_rate = transports, inbox, report, clock_rate
         self._steering, self._initial_poses, self._held = Steering(sim, report), InitialPoses(sim), HeldThrust(sim)
         self._joined: dict[str, Newcomer] = {}
-        self._left: set[str] = set()
+        self._left = set[str]()
         self._localization, self._localized = localization, dict[str, Localization]()
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._seen: tuple[float, Observation] | None = None
@@ -359,8 +357,8 @@ class RosServer:
             raise CommandError(f"invalid step {duration:g} s: at least 0 and below {_LONGEST_STEP:g} s is needed")
         if duration == 0.0:
             self._advance()
-            return
-        self.advance(self.sim.steps_in(duration))
+        else:
+            self.advance(self.sim.steps_in(duration))
 
     def advance(self, steps: int) -> None:
         """Advance by a number of physics steps, and publish what is due on the way."""

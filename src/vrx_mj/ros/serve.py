@@ -198,9 +198,8 @@ class Meter:
     def __init__(self, server: RosServer, transports: Sequence[Transport], now: float) -> None:
         self._server, self._transports = server, transports
         self._begun = self._then = now, server.sim.time, time.process_time(), 0
-        self._stepped = self._last = 0.0
+        self._stepped = 0.0
         self._read: dict[tuple[str, str], float] = {}
-        self._latest = server.sim.time
         self.pace = 0.0
         """Simulated seconds per second since the line before."""
         self.load: Mapping[tuple[str, str], float] = {}
@@ -209,16 +208,13 @@ class Meter:
     def line(self) -> str:
         """Measure, and report."""
         now, moment, cpu, sent = self._now()
-        wall = max(now - self._then[0], 1e-9)
-        self.pace = max(0.0, moment - self._then[1]) / wall
-        self._stepped += max(0.0, moment - self._then[1])
+        wall, passed = max(now - self._then[0], 1e-9), max(0.0, moment - self._then[1])
+        self.pace = passed / wall
+        self._stepped += passed
         spent = dict(self._server.sim.reading_times)
         clients, _, dropped = map(sum, zip(*(transport.traffic for transport in self._transports), strict=True))
-        self.load = {
-            key: (total - self._read.get(key, 0.0)) / wall
-            for key, total in spent.items()
-            if total > self._read.get(key, 0.0)
-        }
+        shares = {key: (total - self._read.get(key, 0.0)) / wall for key, total in spent.items()}
+        self.load = {key: share for key, share in shares.items() if share > 0.0}
         parts = [
             f"t {moment:.1f} s",
             "paused" if self._server.paused else f"pace {self.pace:.2f}",
@@ -360,9 +356,6 @@ def _sentences(sim: Simulation, wanted: Wanted, report: Report) -> BoatOutputs:
     """The topics of NMEA sentences, if any are wanted; says what boats send."""
     if wanted.nmea is None:
         return lambda _boat: ()
-    from vrx_mj.nmea import Instruments
-    from vrx_mj.ros.serve import nmea_outputs
-
     instruments = Instruments(sim)
     for boat in wanted.nmea:
         report("INFO", instruments.description(boat))
@@ -497,8 +490,6 @@ def _transports(network: Network, inbox: Inbox, wanted: Wanted, ending: threadin
 
         yield Ros2(inbox, host=wanted.host, packages=(*PACKAGES, "nmea_msgs") if wanted.nmea else PACKAGES)
     if wanted.nmea is not None:
-        from vrx_mj.ros.serve import Nmea
-
         yield from (Nmea(boat, port=port, host=wanted.host) for boat, port in wanted.nmea.items())
 
 
@@ -542,20 +533,13 @@ def _show_addresses(wanted: Wanted, report: Report) -> None:
     """Show what to type on other machines, or why they cannot reach this one."""
     if not wanted.ros1 and wanted.rosbridge is None:
         return
-    why = unreachable(wanted.host, "localhost")
-    if why is not None:
+    if (why := unreachable(wanted.host, "localhost")) is not None:
         report("WARN", why)
         return
-    for line in _to_paste(wanted, announced_address(wanted.host, "localhost")):
-        report("INFO", line)
-
-
-def _to_paste(wanted: Wanted, here: str) -> Iterator[str]:
-    """What to type on other machines, to which this one is `here`."""
+    here = announced_address(wanted.host, "localhost")
     if wanted.ros1:
-        port = urlsplit(os.environ.get("ROS_MASTER_URI", "")).port or 11311
-        uri = f"http://{here}:{port}"
-        yield f"on the other machine, in a shell: export ROS_MASTER_URI={uri} ROS_IP=ADDRESS_OF_THAT_MACHINE"
-        yield f"in MATLAB: setenv('ROS_IP', 'ADDRESS_OF_THAT_MACHINE'); rosinit('{uri}')"
+        uri = f"http://{here}:{urlsplit(os.environ.get('ROS_MASTER_URI', '')).port or 11311}"
+        report("INFO", f"on the other machine, in a shell: export ROS_MASTER_URI={uri} ROS_IP=ADDRESS_OF_THAT_MACHINE")
+        report("INFO", f"in MATLAB: setenv('ROS_IP', 'ADDRESS_OF_THAT_MACHINE'); rosinit('{uri}')")
     if wanted.rosbridge is not None:
-        yield f"roslibpy: roslibpy.Ros('{here}', {wanted.rosbridge})"
+        report("INFO", f"roslibpy: roslibpy.Ros('{here}', {wanted.rosbridge})")

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
+from vrx_mj.arguments import check_name
 from vrx_mj.config.base import Config
 from vrx_mj.config.layouts import LayoutName
 from vrx_mj.config.loading import fault_text
@@ -15,7 +16,7 @@ from vrx_mj.config.values import Point
 from vrx_mj.control.formation import Formation
 from vrx_mj.control.navigation import true_estimate
 from vrx_mj.control.velocity import VelocityKeeper, craft_of
-from vrx_mj.errors import CommandError, UnknownNameError, VrxError
+from vrx_mj.errors import CommandError, VrxError
 from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.run import CONTROL_RATE
 from vrx_mj.runtime.simulation import Simulation
@@ -77,9 +78,7 @@ class Steering:
             self._formation.change(wanted.get("shape", self._formation.shape), wanted.get("spacing"))
         else:
             if "path" not in wanted:
-                leader = wanted.setdefault("leader", self._sim.boats[0])
-                if leader not in self._sim.boats:
-                    raise UnknownNameError("boat", str(leader), self._sim.boats)
+                check_name("boat", wanted.setdefault("leader", self._sim.boats[0]), self._sim.boats)
             self._formation = Formation(**wanted)
         leader = self._formation.leader.name
         whom = f"led by {leader}" if leader else "along its path"
@@ -134,8 +133,7 @@ def parse_formation(text: str) -> dict[str, Any] | None:
         return None
     given = _from_json(text) if text.lstrip().startswith("{") else _from_words(text)
     for key in given:
-        if key not in FormationOrder.model_fields:
-            raise UnknownNameError("parameter of a formation", key, FormationOrder.model_fields)
+        check_name("parameter of a formation", key, FormationOrder.model_fields)
     try:
         return FormationOrder.model_validate(given).model_dump(exclude_unset=True)
     except ValidationError as error:

@@ -107,10 +107,17 @@ def test_runs_are_a_share_of_their_campaign():
     assert 0.1 < simulated / taken < 1.0
 
 
+@pytest.fixture
+def short(monkeypatch):
+    """One short window of each side."""
+    monkeypatch.setattr(bench, "BATCH_ROUNDS", 1)
+    monkeypatch.setattr(bench, "WINDOW", 0.02)
+
+
 @pytest.mark.slow
-def test_threads_and_processes_are_both_timed(monkeypatch):
+def test_threads_and_processes_are_both_timed(monkeypatch, short):
     monkeypatch.setattr(bench, "BATCH_ROWS", 32)
-    assert all(rate > 0.0 for rate in two_threads_and_two_processes(rounds=1, window=0.05))
+    assert all(rate > 0.0 for rate in two_threads_and_two_processes())
 
 
 @pytest.mark.slow
@@ -128,10 +135,10 @@ def without_free_rows(monkeypatch):
 
 
 @pytest.mark.slow
-def test_engines_are_timed_side_by_side():
-    assert bench.engine_ratio(2, "vrx", rounds=1, window=0.02) > 0.0
-    assert bench.row_cost(4, 2, rounds=1, window=0.02) > 0.0
-    assert all(rate > 0.0 for rate in bench.free_rates(rounds=1, window=0.02))
+def test_engines_are_timed_side_by_side(short):
+    assert bench.engine_ratio(2, "vrx") > 0.0
+    assert bench.row_cost(4, 2) > 0.0
+    assert all(rate > 0.0 for rate in bench.free_rates())
 
 
 def test_the_scaling_row_shows_both_numbers(monkeypatch, capsys):
@@ -164,9 +171,9 @@ def test_decisions_count_every_row(clock):
 
 
 @pytest.mark.slow
-def test_environments_are_timed(monkeypatch):
+def test_environments_are_timed(monkeypatch, short):
     monkeypatch.setattr(bench, "BATCH_ROWS", 4)
-    assert environment_steps_per_second(rounds=1, window=0.02) > 0.0
+    assert environment_steps_per_second() > 0.0
 
 
 def test_what_is_not_measured_has_no_verdict_and_says_what_is_missing(monkeypatch, capsys):

@@ -203,6 +203,8 @@ class _Run:
         self.substitutions = Substitutions(self.files)
         self.places: dict[str, Place] = {}
         self.descriptions: dict[str, _Description] = {}
+        self.scope = _Scope("", {}, {})
+        """Where the element is that is being read."""
         self.open = list[Path]()
         self.documents: dict[Path, Element | None] = {}
         self.nodes: dict[str, Place] = {}
@@ -238,71 +240,72 @@ class _Run:
         if root.tag != "launch":
             raise root.fault(f"expected <launch>, got <{root.tag}>")
         self.open.append(file)
-        for child in root.children:
-            self.take(child, scope)
+        self.take_children(root, scope)
         self.open.pop()
         return {arg.attributes.get("name", "") for arg in _declarations(root)}
 
-    def take(self, element: Element, scope: _Scope) -> None:
-        """Do what an element says, unless its `if` or `unless` says not to. Elements count as notes."""
-        spend(element.place.file.name)
-        try:
-            if self.holds(element, scope):
-                _TAKE.get(element.tag, _Run.ignore)(self, element, scope)
-        except ConfigError as error:
-            self.report.problems += error.problems
+    def take_children(self, parent: Element, scope: _Scope) -> None:
+        """Do what the elements in one say that makes a scope. Elements count as notes."""
+        outer, self.scope = self.scope, scope
+        for element in parent.children:
+            spend(element.place.file.name)
+            try:
+                if self.holds(element):
+                    _TAKE.get(element.tag, _Run.ignore)(self, element)
+            except ConfigError as error:
+                self.report.problems += error.problems
+        self.scope = outer
 
-    def ignore(self, element: Element, _: _Scope) -> None:
+    def ignore(self, element: Element) -> None:
         """Note an element that is not of the simulation."""
         beside = "not part of the simulation; start it while `vrx-mj serve` runs"
         variable = element.tag == "env"
         self.report.note(element, "ignored", "set this environment variable in the shell" if variable else beside)
 
-    def holds(self, element: Element, scope: _Scope) -> bool:
-        """Whether an element's conditions hold."""
+    def holds(self, element: Element) -> bool:
+        """Whether an element's conditions, `if` and `unless`, hold."""
         for key, wanted in (("if", True), ("unless", False)):
-            if key in element.attributes and element.truth(self.value(element, key, scope), key) != wanted:
+            if key in element.attributes and element.truth(self.value(element, key), key) != wanted:
                 return False
         return True
 
-    def argument(self, element: Element, scope: _Scope) -> None:
+    def argument(self, element: Element) -> None:
         """Declare an argument, whose value is its own, the one from outside, or its default."""
-        name = self.value(element, "name", scope)
+        name = self.value(element, "name")
         key = "value" if "value" in element.attributes else "default"
         try:
-            if key == "default" and name in scope.given:
-                scope.arguments[name] = scope.given[name]
+            if key == "default" and name in self.scope.given:
+                self.scope.arguments[name] = self.scope.given[name]
             elif key in element.attributes:
-                scope.arguments[name] = self.value(element, key, scope)
+                self.scope.arguments[name] = self.value(element, key)
             else:
                 raise element.fault(f"has no value: add {name}:=VALUE")
         except ConfigError:
-            scope.arguments.setdefault(name, "")  # what needs it says no second time that it is wrong
+            self.scope.arguments.setdefault(name, "")  # what needs it says no second time that it is wrong
             raise
 
-    def group(self, element: Element, scope: _Scope) -> None:
+    def group(self, element: Element) -> None:
         """Go through a group; its arguments are its own."""
-        inner = _Scope(self.namespace(element, scope), dict(scope.arguments), scope.given)
-        for child in element.children:
-            self.take(child, inner)
+        own = dict(self.scope.arguments)
+        self.take_children(element, _Scope(self.namespace(element), own, self.scope.given))
 
-    def include(self, element: Element, scope: _Scope) -> None:
+    def include(self, element: Element) -> None:
         """Go through another file with the arguments that this one gives it."""
-        name = self.value(element, "file", scope)
+        name = self.value(element, "file")
         passes_all = element.truth(element.attribute("pass_all_args") or "false", "pass_all_args")
-        passed = dict(scope.arguments) if passes_all else {}
-        inner = _Scope(self.namespace(element, scope), {}, passed)
+        passed = dict(self.scope.arguments) if passes_all else {}
+        inner = _Scope(self.namespace(element), {}, passed)
         for arg in element.all("arg"):
-            if self.holds(arg, scope):
+            if self.holds(arg):
                 key = "value" if "value" in arg.attributes else "default"
-                passed[self.value(arg, "name", scope)] = self.value(arg, key, scope, "")
+                passed[self.value(arg, "name")] = self.value(arg, key, "")
         if name.startswith(LEFT_OUT):
             self.leave_out(element, name, f"<include> {PurePosixPath(name).name}")
             return
         if not name.startswith(NOWHERE):
             self.launch.included.append(self.readable_file(element, name))
             declared = self.read_file(self.launch.included[-1], inner)
-            unknown = sorted(set(passed) - set(scope.arguments if passes_all else ()) - declared)
+            unknown = sorted(set(passed) - set(self.scope.arguments if passes_all else ()) - declared)
             if unknown:
                 raise element.fault(str(UnknownNameError("argument", unknown[0], sorted(declared))))
             return
@@ -360,26 +363,26 @@ class _Run:
         if element is not None:
             self.report.note(element, "imported", f"VRX's {stock.name}")
 
-    def parameter(self, element: Element, scope: _Scope) -> None:
+    def parameter(self, element: Element) -> None:
         """Keep the description of a robot, which `<param>` gives as a command of xacro or as a file."""
-        name = _in_namespace(scope.namespace, self.value(element, "name", scope))
+        name = _in_namespace(self.scope.namespace, self.value(element, "name"))
         if "command" in element.attributes:
-            self.descriptions[name] = self.description(element, self.value(element, "command", scope))
+            self.descriptions[name] = self.description(element, self.value(element, "command"))
         elif "textfile" in element.attributes:
-            self.descriptions[name] = self.robot_file(element, self.value(element, "textfile", scope)), {}
+            self.descriptions[name] = self.robot_file(element, self.value(element, "textfile")), {}
         elif name == "/use_sim_time" and truth(element.attributes.get("value", "")):
             self.report.note(element, "imported", "time is always simulated time")
         else:
             self.report.note(element, "ignored", "a parameter; set it with `rosparam set` while `vrx-mj serve` runs")
 
-    def parameters(self, element: Element, scope: _Scope) -> None:
+    def parameters(self, element: Element) -> None:
         """Take over a fleet's file that `<rosparam>` loads; other parameters are those of nodes."""
-        path = self.value(element, "file", scope, "")
+        path = self.value(element, "file", "")
         try:
             self.launch.fleet = checked_fleet(self.readable_file(element, path))
             self.report.note(element, "imported", f"the fleet: `{self.launch.fleet.name}`")
         except VrxError:
-            self.ignore(element, scope)
+            self.ignore(element)
 
     def description(self, element: Element, command: str) -> _Description:
         """File and arguments of a command of xacro; nothing is run."""
@@ -399,21 +402,21 @@ class _Run:
             return path
         return named or self.readable_file(element, self.made_from(path, *ends))
 
-    def node(self, element: Element, scope: _Scope) -> None:
+    def node(self, element: Element) -> None:
         """Spawn a boat; other nodes are not of the simulation."""
         kind = element.attributes.get("type")
         if kind == SERVING:
-            self.serve(element, scope)
+            self.serve(element)
         elif self.launch.fleet and kind == "spawn_usvs.py":
             self.report.note(element, "imported", f"the boats of `{self.launch.fleet.name}`")
         elif kind in {"spawn_model", "spawn_wamv.bash", "spawn_entity.py"}:
-            self.spawn_model(element, self.claim_node(element, scope))
+            self.spawn_model(element, self.claim_node(element))
         else:
-            self.ignore(element, scope)
+            self.ignore(element)
 
-    def spawn_model(self, element: Element, scope: _Scope) -> None:
+    def spawn_model(self, element: Element, namespace: str) -> None:
         """Spawn what a node of gazebo_ros does: a boat or an object."""
-        words = self.words(element, self.value(element, "args", scope, ""))
+        words = self.words(element, self.value(element, "args", ""))
         with faults_at(element, "args"):
             options = spawn_options(words)
         with faults_at(element, "args", "-x -y -z -R -P -Y: "):
@@ -421,7 +424,7 @@ class _Run:
         name = options.get("model") or options.get("entity")
         if not name:
             raise element.fault("a spawned model needs -model NAME", "args")
-        found = self.model_description(element, name, options, scope)
+        found = self.model_description(element, name, options, namespace)
         if found is None:
             return
         robot, arguments = found
@@ -439,19 +442,19 @@ class _Run:
         self.spawn(element, boat, self.launch.boats)
         self.report.note(element, "imported", "a boat of the fleet", f"<node> '{name}'")
 
-    def claim_node(self, element: Element, scope: _Scope) -> _Scope:
-        """Keep the name of a node that spawns, for roslaunch starts no two of one name; returns its own scope."""
-        own, namespace = self.value(element, "name", scope, ""), self.namespace(element, scope)
+    def claim_node(self, element: Element) -> str:
+        """Keep the name of a node that spawns, for roslaunch starts no two of one name; returns its namespace."""
+        own, namespace = self.value(element, "name", ""), self.namespace(element)
         name = f"/{_in_namespace(namespace, own).lstrip('/')}"
         first = self.nodes.setdefault(name, element.place)
         if own and first != element.place:
             here = _seen_from(element.place, first)
             text = f"duplicate node name '{name}', first on {here}: roslaunch refuses to start; rename one of them"
             self.report.problems += element.fault(text, "name").problems
-        return replace(scope, namespace=namespace)
+        return namespace
 
     def model_description(
-        self, element: Element, name: str, options: Mapping[str, str], scope: _Scope
+        self, element: Element, name: str, options: Mapping[str, str], namespace: str
     ) -> _Description | None:
         """File and arguments of what a node spawns; None, with a note: there is no such model of SDF."""
         what = f"<node> '{name}'"
@@ -464,7 +467,7 @@ class _Run:
             self.report.note(element, "ignored", f"no model named '{shorten(model)}'; {NO_MODEL}", what)
             return None
         try:
-            robot, arguments = self.robot_description(element, options, scope)
+            robot, arguments = self.robot_description(element, options, namespace)
         except ConfigError as error:
             if not {"file", "sdf"} <= options.keys():
                 raise
@@ -485,9 +488,9 @@ class _Run:
             self.report.note(element, "ignored", f"{robot.name} has no argument {listed}", f"<node> '{name}'")
         return {key: value for key, value in given.items() if key in declares}
 
-    def serve(self, element: Element, scope: _Scope) -> None:
+    def serve(self, element: Element) -> None:
         """Start what one of VRX's own launch files starts, as `vrx-mj ros packages` writes them."""
-        name, *words = self.words(element, self.value(element, "args", scope, "")) or [""]
+        name, *words = self.words(element, self.value(element, "args", "")) or [""]
         stock = stock_launch(PurePosixPath(name).name, PurePosixPath(name).parent.name)
         if stock is None:
             raise element.fault(str(UnknownNameError("launch file", name, sorted(STOCK_LAUNCHES))), "args")
@@ -504,12 +507,12 @@ class _Run:
             self.places[safe_name(thing.name)] = element.place
         things.append(thing)
 
-    def robot_description(self, element: Element, options: Mapping[str, str], scope: _Scope) -> _Description:
+    def robot_description(self, element: Element, options: Mapping[str, str], namespace: str) -> _Description:
         """File and arguments of the description that a node spawns."""
         if "file" in options:
             return self.robot_file(element, options["file"]), {}
         given = options.get("param", "robot_description")
-        name = given if given.startswith("/") else _in_namespace(scope.namespace, given)
+        name = _in_namespace(namespace, given)
         if name not in self.descriptions:
             raise element.fault(f"-param: {UnknownNameError('parameter', name, sorted(self.descriptions))}", "args")
         return self.descriptions[name]
@@ -519,18 +522,18 @@ class _Run:
         with faults_at(element, key, f"{literal(text)}: "):
             return shlex.split(text)
 
-    def namespace(self, element: Element, scope: _Scope) -> str:
+    def namespace(self, element: Element) -> str:
         """The namespace that an element makes for what is in it."""
-        return _in_namespace(scope.namespace, self.value(element, "ns", scope, ""))
+        return _in_namespace(self.scope.namespace, self.value(element, "ns", ""))
 
-    def value(self, element: Element, key: str, scope: _Scope, default: str | None = None) -> str:
+    def value(self, element: Element, key: str, default: str | None = None) -> str:
         """An attribute, which must be there unless it has a default, with its substitutions worked out."""
         text = element.attributes.get(key, default)
         if text is None:
             raise element.fault("required, but missing", key)
         folder = self.open[-1].parent if self.open else Path.cwd()
         with faults_at(element, before=f"{literal(text)}: "):
-            return self.substitutions.substitute(text, scope.arguments, folder)
+            return self.substitutions.substitute(text, self.scope.arguments, folder)
 
     def readable_file(self, element: Element, path: str) -> Path:
         """A file that may be read: beside the first file, or in a package."""
@@ -562,7 +565,7 @@ def _in_namespace(namespace: str, name: str) -> str:
     return name if name.startswith("/") else f"{namespace.rstrip('/')}/{name}" if name else namespace
 
 
-_TAKE: Mapping[str, Callable[[_Run, Element, _Scope], Any]] = {
+_TAKE: Mapping[str, Callable[[_Run, Element], Any]] = {
     "arg": _Run.argument, "group": _Run.group, "include": _Run.include, "param": _Run.parameter,
     "rosparam": _Run.parameters, "node": _Run.node,
 }  # fmt: skip

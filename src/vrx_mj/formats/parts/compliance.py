@@ -16,13 +16,13 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import Field
 
+from vrx_mj.arguments import check_name
 from vrx_mj.config.base import Config
 from vrx_mj.config.loading import Loading, validate
 from vrx_mj.config.search import display
 from vrx_mj.config.tree import ALLOWED, File, is_ros_name, literal
 from vrx_mj.config.values import Name, Positive, Vec3, numbers
 from vrx_mj.config.yaml_text import parse, read_lines
-from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.parts.read import Instance, Kind, PartsFile, Release, name_of, part_types, place_of
 from vrx_mj.packages import root
 
@@ -52,14 +52,17 @@ class Box(Config):
     @property
     def low(self) -> Point:
         """Least x, y and z [m]."""
-        (x, y, z), (a, b, c) = self.center, self.size
-        return x - a / 2.0, y - b / 2.0, z - c / 2.0
+        return self._corner(-0.5)
 
     @property
     def high(self) -> Point:
         """Greatest x, y and z [m]."""
+        return self._corner(0.5)
+
+    def _corner(self, share: float) -> Point:
+        """The centre, moved by a share of the edges [m]."""
         (x, y, z), (a, b, c) = self.center, self.size
-        return x + a / 2.0, y + b / 2.0, z + c / 2.0
+        return x + share * a, y + share * b, z + share * c
 
     def contains(self, point: Point) -> bool:
         """Whether a point is inside or on a face."""
@@ -165,8 +168,7 @@ def load_rules(name: str) -> Rules:
         UnknownNameError: no set has that name.
     """
     known = rule_sets()
-    if name not in known:
-        raise UnknownNameError("set of rules", name, known)
+    check_name("set of rules", name, known)
     file = known[name]
     return validate(Rules, parse(File(display(file), file.parent, read_lines(file))), Loading())
 

@@ -19,6 +19,7 @@ from xml.sax.saxutils import quoteattr
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from vrx_mj.arguments import check_name
 from vrx_mj.config.kinds import MARKS, other_kind, wrong_kind
 from vrx_mj.config.search import display
 from vrx_mj.config.tree import File, Items, Loc, Place, Section, choice, key_path, literal, unknown_key
@@ -544,14 +545,11 @@ def wamv_urdf(
 def _check(arguments: Mapping[str, str], namespace: str) -> None:
     known = arguments_of_wamv()
     for name, value in arguments.items():
-        if name not in known:
-            raise UnknownNameError("argument of the WAM-V", name, known)
+        check_name("argument of the WAM-V", name, known)
         switched = _SWITCHED if known[name] in _SWITCHED else (value,)
         if value not in (values := _CHOICES.get(name, switched)):
             raise VrxError(f"argument {name}: {choice(value, values)}")
-    layout = arguments.get("thruster_config", "H")
-    if layout not in LAYOUTS:
-        raise UnknownNameError("thruster layout", layout, LAYOUTS)
+    check_name("thruster layout", arguments.get("thruster_config", "H"), LAYOUTS)
     if not _NAMESPACE.fullmatch(namespace):
         allowed = "up to 64 letters A-Z, digits, '_', '-' or '.'"
         raise VrxError(f"namespace {literal(namespace)}: expected {allowed}")

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from vrx_mj.arguments import check_name
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, UnknownNameError
 from vrx_mj.frames import conjugate, quaternion_product, rotation_matrix, rotation_vector
@@ -187,8 +188,7 @@ class Rosapi:
 
     def _on_node_details(self, node: str) -> _Values:
         known = self._graph.registrations
-        if node not in known.nodes:
-            raise UnknownNameError("node", node, known.nodes)
+        check_name("node", node, known.nodes)
         names = {"subscribing": "subscriber", "publishing": "publisher", "services": "service"}
         return {
             key: sorted(name for name in known.names(kind) if node in self._holders(kind, name))

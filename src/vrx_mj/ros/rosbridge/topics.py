@@ -9,7 +9,8 @@ from collections.abc import Awaitable, Callable, Coroutine, Iterable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol, TypeVar
 
-from vrx_mj.errors import CommandError, UnknownNameError, VrxError
+from vrx_mj.arguments import check_name
+from vrx_mj.errors import CommandError, VrxError
 from vrx_mj.ros.graph import Graph, Service, Wire
 from vrx_mj.ros.interface import Answer
 from vrx_mj.ros.limits import Frame, Outbox
@@ -266,9 +267,7 @@ class Services:
         timeout: float,
     ) -> None:  # fmt: skip
         """Call a service; the answer goes to the caller. A VrxError: it cannot be called, and why."""
-        known = self._graph.registrations.names("service")
-        if name not in known:
-            raise UnknownNameError("service", name, known)
+        check_name("service", name, self._graph.registrations.names("service"))
         made = self.built_in[name](arguments) if name in self.built_in else None
         if made is not None and not inspect.isawaitable(made):
             respond(caller, written, identity, options, made, True)

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.fleet import BoatConfig, Order
+from vrx_mj.config.fleet import BoatConfig
 from vrx_mj.control.navigation import Localizer, Located, truly_located
 from vrx_mj.drive.pilot import Wheel, engine_commands, engines_of
 from vrx_mj.errors import CommandError, ConfigError, VrxError
@@ -25,21 +25,18 @@ from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.parameters import command_topic
 from vrx_mj.ros.table.host import Host, header
 from vrx_mj.ros.table.viewers import with_meshes_inside
+from vrx_mj.runtime.commands import ANGLE_SUFFIX
 from vrx_mj.runtime.hull import Propeller
 from vrx_mj.runtime.observation import Observation
 
 _URDF_FIELDS = ("name", "robot", "arguments", "thrusters", "components", "sensors", "pose")
 """Fields of a boat's entry that its URDF depends on."""
-_ANGLE = "_angle"
-"""Suffix of the command of an engine's angle."""
 _SIDES = (("left", "right"), ("left_rear", "right_rear"))
 """Engines that VRX's twist2thrust drives: of layouts H and T, and of X."""
 WORLD_FRAME = "map"
 """Name of the world's frame."""
 BASE = "base_link"
 """Name of the frame of a boat's root link, whatever the link's own name."""
-_FIXED = "fixed"
-"""Type of fixed joints."""
 _JOINT_RATE = 100.0
 """Rate of the states of joints [Hz]: VRX's."""
 _FRAME_RATE = 50.0
@@ -48,7 +45,7 @@ _SAME_PLACE = 1e-6
 """Distance within which two places are one [m]."""
 _ODOMETRY = "nav_msgs/Odometry"
 """Type of odometry."""
-_UNTURNED = np.eye(4)[0]
+UNTURNED = np.eye(4)[0]
 """Quaternion of no rotation."""
 _ODOMETRY_RATE = 30.0
 """Rate of odometry [Hz]: robot_localization's."""
@@ -81,8 +78,8 @@ def _thruster_inputs(host: Host, boat: str) -> Iterator[Input]:
             host.push(boat, name, message.data)
 
         yield Input(command_topic(boat, name), "std_msgs/Float32", take, boat)
-        stem = f"/{boat}/thrusters/{name.removesuffix(_ANGLE)}"
-        tail, done = ("pos", take) if name.endswith(_ANGLE) else ("thrust", push)
+        stem = f"/{boat}/thrusters/{name.removesuffix(ANGLE_SUFFIX)}"
+        tail, done = ("pos", take) if name.endswith(ANGLE_SUFFIX) else ("thrust", push)
         yield Input(f"{stem}/{tail}", "std_msgs/Float64", done, boat, VRX3)
 
 
@@ -138,12 +135,10 @@ def description(world: World, boat: str) -> str:
     if own.description:
         return in_namespace(own.description, boat)
     config = BoatConfig(**{key: getattr(own, key) for key in _URDF_FIELDS})
-    return _urdf(boat, config.order)
+    return _boat_urdf(config.order, boat)
 
 
-@lru_cache(maxsize=256)
-def _urdf(boat: str, order: Order) -> str:
-    return boat_urdf(order, boat)
+_boat_urdf = lru_cache(maxsize=256)(boat_urdf)
 
 
 class BoatJoint(NamedTuple):
@@ -180,8 +175,7 @@ def _joints_of_links(robot: Urdf, boat: str) -> Iterator[BoatJoint]:
     frames = {link: f"{boat}/{link.removeprefix(namespace + slash)}" for link in robot.links} | {robot.root: base}
     if name != BASE:
         frames[robot.root] = f"{boat}/{name}"
-        still = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
-        yield BoatJoint("", base, frames[robot.root], *still, np.zeros(3), False, np.zeros(3))
+        yield BoatJoint("", base, frames[robot.root], np.zeros(3), UNTURNED, np.zeros(3), False, np.zeros(3))
     for link in robot.below(robot.root)[1:]:
         joint = robot.above[link]
         yield BoatJoint(
@@ -191,7 +185,7 @@ def _joints_of_links(robot: Urdf, boat: str) -> Iterator[BoatJoint]:
             np.array(joint.pose[:3]),
             np.array(quaternion(*joint.pose[3:])),
             np.array(joint.axis),
-            joint.type != _FIXED and not joint.is_locked,
+            joint.type != "fixed" and not joint.is_locked,
             np.array(robot.places[link][:3]),
         )
 
@@ -272,17 +266,11 @@ class BoatFrames:
 
     def joints(self) -> Message:
         """sensor_msgs/JointState."""
-        spins, angles = self._spun(), self._host.sim.steering(self.boat)
-        rows: list[tuple[str, Spin]] = []
-        for thruster in self._thruster_joints:
-            if thruster.engine is not None:
-                rows.append((thruster.engine.joint, Spin(angles[thruster.name])))
-            if thruster.shaft is not None:
-                rows.append((thruster.shaft.joint, spins[thruster.name]))
+        rows = self._turned_joints()
         return new(
             "sensor_msgs/JointState",
             header=header(self._host.sim.time),
-            name=[name for name, _ in rows],
+            name=[joint.joint for joint, _ in rows],
             position=[spin.angle for _, spin in rows],
             velocity=[spin.rate for _, spin in rows],
             effort=[spin.torque for _, spin in rows],
@@ -296,7 +284,7 @@ class BoatFrames:
             if sensor.config.link != BASE:
                 frames[link] = transform(0.0, f"{boat}/{BASE}", link, mount.position, mount.orientation)
             if sensor.frame not in {link, WORLD_FRAME}:  # a ground truth is in the world's
-                turn = np.array((0.5, -0.5, 0.5, -0.5) if sensor.config.type == "camera" else (1.0, 0.0, 0.0, 0.0))
+                turn = np.array((0.5, -0.5, 0.5, -0.5)) if sensor.config.type == "camera" else UNTURNED
                 position = np.zeros(3)
                 if sensor.config.link == BASE:  # the frame of any other link is the sensor's
                     position, turn = mount.position, quaternion_product(mount.orientation, turn)
@@ -309,22 +297,15 @@ class BoatFrames:
     def prefixed_frames(self) -> list[Message]:
         """Names of VRX 3 for all its frames: `wamv/wamv/base_link` is where `wamv/base_link` is."""
         names = [f"{self.boat}/{BASE}", *(frame.child_frame_id for frame in self.still()), *self._moving]
-        here = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
-        return [transform(0.0, name, f"{self.boat}/{name}", *here) for name in names]
+        return [transform(0.0, name, f"{self.boat}/{name}", np.zeros(3), UNTURNED) for name in names]
 
     def moving(self) -> list[Message]:
         """Transforms of engines as steered and of propellers; and of the boat in `map`, if that is published."""
-        host, boat = self._host, self.boat
-        spins, angles = self._spun(), host.sim.steering(boat)
-        frames = self._located()
-        for thruster in self._thruster_joints:
-            if thruster.engine is not None:
-                frames.append(_joint_frame(host.sim.time, thruster.engine, angles[thruster.name]))
-            if thruster.shaft is not None:
-                frames.append(_joint_frame(host.sim.time, thruster.shaft, spins[thruster.name].angle))
+        host, time, frames = self._host, self._host.sim.time, self._located()
+        frames += [_joint_frame(time, joint, spin.angle) for joint, spin in self._turned_joints()]
         if host.truth:
-            placed = host.bodies.model(boat)
-            frames.append(transform(host.sim.time, WORLD_FRAME, f"{boat}/{BASE}", placed.position, placed.quaternion))
+            placed = host.bodies.model(self.boat)
+            frames.append(transform(time, WORLD_FRAME, f"{self.boat}/{BASE}", placed.position, placed.quaternion))
         return frames
 
     # Inside
@@ -347,12 +328,21 @@ class BoatFrames:
     @cached_property
     def _moving(self) -> Sequence[str]:
         """Frames of engines and propellers."""
-        pairs = ((thruster.engine, thruster.shaft) for thruster in self._thruster_joints)
-        return [joint.child for pair in pairs for joint in pair if joint is not None]
+        return [joint.child for _, engine, shaft in self._thruster_joints for joint in (engine, shaft) if joint]
 
     @cached_property
     def _drives(self) -> Mapping[str, Propeller]:
         return self._host.sim.observe()[self.boat].thrusters
+
+    def _turned_joints(self) -> list[tuple[BoatJoint, Spin]]:
+        """Joints of engines as they are steered, and of propellers as they turn."""
+        spins, angles = self._spun(), self._host.sim.steering(self.boat)
+        return [
+            (joint, Spin(angles[name]) if joint is engine else spins[name])
+            for name, engine, shaft in self._thruster_joints
+            for joint in (engine, shaft)
+            if joint
+        ]
 
     def _spun(self) -> Mapping[str, Spin]:
         """How the propellers turn now."""
@@ -393,7 +383,7 @@ def _engine_joints(row: Thruster, boat: str) -> Iterator[BoatJoint]:
     )  # fmt: skip
     yield BoatJoint(
         f"{stem}_engine_propeller_joint", f"{stem}_engine_link", f"{stem}_propeller_link", np.array(row.propeller),
-        np.array([1.0, 0.0, 0.0, 0.0]), np.array(row.direction), True, _propeller(row),
+        UNTURNED, np.array(row.direction), True, _propeller(row),
     )  # fmt: skip
 
 
@@ -505,7 +495,7 @@ class Localization:
         self._sent = time
         return new(_ODOMETRY, header=header(time, f"{self._boat}/odom"), pose=self._pose(place, covariance))
 
-    def _pose(self, place: FloatArray, covariance: FloatArray, turn: FloatArray = _UNTURNED) -> dict[str, object]:
+    def _pose(self, place: FloatArray, covariance: FloatArray, turn: FloatArray = UNTURNED) -> dict[str, object]:
         """geometry_msgs/PoseWithCovariance in the boat's frame; position and covariance are in the world's axes."""
         axes = np.kron(np.eye(2), self._axes)
         pose = {"position": self._in_odom(place), "orientation": turn}

@@ -1,5 +1,6 @@
 """Gazebo's own topics and services, as far as VRX's users use them."""
 
+import contextlib
 import itertools
 import math
 import re
@@ -14,6 +15,7 @@ from vrx_mj.errors import CommandError, VrxError
 from vrx_mj.frames import Pose, angles, conjugate, quaternion_product, rotation, rotation_matrix
 from vrx_mj.ros.interface import VRX3, Input, Output, Service
 from vrx_mj.ros.messages import Message, fields, kind, new
+from vrx_mj.ros.table.boats import UNTURNED
 from vrx_mj.ros.table.host import Host, JointAxis, Placed, header, pose_message, twist_message
 from vrx_mj.runtime.applied import AppliedForce
 
@@ -200,8 +202,7 @@ def _put(host: Host, parts: Sequence[str], state: Message) -> None:
     """
     where = _pose(host, state.pose, state.reference_frame)
     linear, angular = _three("twist.linear", state.twist.linear), _three("twist.angular", state.twist.angular)
-    base = host.bodies.frame(state.reference_frame)
-    if base is not None:
+    if (base := host.bodies.frame(state.reference_frame)) is not None:
         to_world = rotation_matrix(base.quaternion)
         linear, angular = to_world @ linear, to_world @ angular
     for name, pose in zip(parts, list(_beside(host, parts, where)), strict=True):
@@ -231,7 +232,7 @@ def _pose(host: Host, pose: Message, frame: str) -> Pose:
     size = float(np.linalg.norm(quaternion))
     if not math.isfinite(size):
         raise CommandError(f"invalid pose.orientation {quaternion.tolist()} (w, x, y, z): finite numbers are needed")
-    quaternion = quaternion / size if size > 0.0 else np.array([1.0, 0.0, 0.0, 0.0])
+    quaternion = quaternion / size if size > 0.0 else UNTURNED
     base = host.bodies.frame(frame)
     if base is not None:
         position = base.position + rotation_matrix(base.quaternion) @ position
@@ -336,11 +337,10 @@ def _joint_type(axes: Sequence[JointAxis]) -> int:
 
 
 def _floats(host: Host, name: str) -> bool:
-    try:
+    with contextlib.suppress(VrxError):
         host.sim.observe_object(name)
-    except VrxError:
-        return False
-    return True
+        return True
+    return False
 
 
 _Do = Callable[[Host, Message], Mapping[str, object] | None]

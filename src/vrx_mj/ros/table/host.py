@@ -6,6 +6,7 @@ from typing import Any, Literal, NamedTuple, Protocol
 import mujoco
 import numpy as np
 
+from vrx_mj.arguments import check_name
 from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.style import Rgb, boat_colors
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError
@@ -123,30 +124,29 @@ class Bodies:
 
     def link(self, name: str) -> Placed:
         """Where a link is; UnknownNameError for an unknown name."""
-        if name not in self._links:
-            raise UnknownNameError("link", name, self._links)
+        check_name("link", name, self._links)
         self._refresh()
         return self._place_of(self._links[name])
 
     def body(self, link: str) -> str:
         """The name of a link's body in the MJCF; UnknownNameError for an unknown name."""
-        if link not in self._links:
-            raise UnknownNameError("link", link, self._links)
+        check_name("link", link, self._links)
         return str(self._sim.model.body(self._links[link]).name)
 
     def all_models(self) -> Iterator[tuple[str, Placed]]:
         """Every model and where it is, boats last; balls that were not fired are none."""
-        self._refresh()
-        return ((name, self._place_of(index)) for name, index in self._models.items() if self._is_there(index))
+        return self._places_of(self._models)
 
     def all_links(self) -> Iterator[tuple[str, Placed]]:
         """Every link and where it is."""
-        self._refresh()
-        return ((name, self._place_of(index)) for name, index in self._links.items() if self._is_there(index))
+        return self._places_of(self._links)
 
-    def _is_there(self, index: int) -> bool:
-        """Whether a body is no ball, or one that was fired."""
-        return index not in self._balls or float(self._data.xpos[index, 2]) > -0.5 * DEPTH
+    def _places_of(self, bodies: Mapping[str, int]) -> Iterator[tuple[str, Placed]]:
+        """Where bodies are, but for balls that were not fired."""
+        self._refresh()
+        for name, index in bodies.items():
+            if index not in self._balls or float(self._data.xpos[index, 2]) > -0.5 * DEPTH:
+                yield name, self._place_of(index)
 
     @property
     def joints(self) -> Sequence[str]:
@@ -187,12 +187,10 @@ class Bodies:
 
     def model_of_link(self, name: str) -> str:
         """The boat, object or dock whose own frame is this link; UnknownNameError or CommandError without one."""
-        index = self._links.get(name)
-        if index is None:
-            raise UnknownNameError("link", name, self._links)
-        if index not in self._singles:
+        check_name("link", name, self._links)
+        if self._links[name] not in self._singles:
             raise CommandError(f"the link '{name}' has a parent link: only a model's first link can be placed")
-        return self._singles[index]
+        return self._singles[self._links[name]]
 
     def _place_of(self, index: int) -> Placed:
         data, velocity = self._data, np.empty(6)

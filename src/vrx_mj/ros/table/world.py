@@ -3,7 +3,7 @@
 import json
 import math
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache, lru_cache, partial
 from typing import Any
@@ -19,7 +19,7 @@ from vrx_mj.ros import messages
 from vrx_mj.ros.cdr import kind
 from vrx_mj.ros.interface import BOTH, VRX, VRX3, Input, Output, Service, in_vrx3, parameters, with_vrx3
 from vrx_mj.ros.messages import Message, duration, fields, new, stamp
-from vrx_mj.ros.table.boats import WORLD_FRAME, BoatFrames, transform
+from vrx_mj.ros.table.boats import UNTURNED, WORLD_FRAME, BoatFrames, transform
 from vrx_mj.ros.table.host import Host, collision_name, header
 from vrx_mj.ros.table.viewers import START
 from vrx_mj.tasks import TASK_KINDS, Form
@@ -114,7 +114,7 @@ def world_outputs(host: Host, boat_frames: Sequence[BoatFrames], clock_rate: flo
 
     @cache
     def still() -> Message:
-        near = transform(0.0, WORLD_FRAME, START, host.scenery.start, (1.0, 0.0, 0.0, 0.0))
+        near = transform(0.0, WORLD_FRAME, START, host.scenery.start, UNTURNED)
         return new("tf2_msgs/TFMessage", transforms=[near, *(frame for one in boat_frames for frame in one.still())])
 
     @cache
@@ -150,16 +150,20 @@ def _wind(host: Host) -> Iterator[Output]:
 
 def _contacts(host: Host) -> Message:
     """All contacts of boats: who, where, along which normal, and how deep [m]."""
-    boats, found = host.sim.boats, []
-    for contact in host.sim.data.contact:
-        pair = [(int(geom), collision_name(host.sim.model, int(geom), boats)) for geom in contact.geom]
-        if contact.dist < 0.0 and any(name.partition("::")[0] in boats for _, name in pair):
-            sides = [kind("ros_gz_interfaces/Entity")(geom, name, _COLLISION) for geom, name in pair]
-            where, normal = (
-                messages.kind("geometry_msgs/Vector3")(*xyz.tolist()) for xyz in (contact.pos, contact.frame[:3])
-            )
-            found.append(kind("ros_gz_interfaces/Contact")(*sides, [where], [normal], np.array([-contact.dist]), []))
+    entity, vector, found = kind("ros_gz_interfaces/Entity"), messages.kind("geometry_msgs/Vector3"), []
+    for contact, names in _touches(host, host.sim.boats):
+        sides = [entity(int(geom), name, _COLLISION) for geom, name in zip(contact.geom, names, strict=True)]
+        where, normal = (vector(*xyz.tolist()) for xyz in (contact.pos, contact.frame[:3]))
+        found.append(kind("ros_gz_interfaces/Contact")(*sides, [where], [normal], np.array([-contact.dist]), []))
     return kind("ros_gz_interfaces/Contacts")(header(host.sim.time), found)
+
+
+def _touches(host: Host, boats: Collection[str]) -> Iterator[tuple[Any, list[str]]]:
+    """Contacts of some boats, each with Gazebo's names of the two collisions."""
+    for contact in host.sim.data.contact:
+        names = [collision_name(host.sim.model, int(geom), host.sim.boats) for geom in contact.geom]
+        if contact.dist < 0.0 and any(name.partition("::")[0] in boats for name in names):
+            yield contact, names
 
 
 def world_inputs(host: Host) -> Iterator[Input]:
@@ -385,11 +389,8 @@ def _animals(host: Host) -> Message | None:
 
 def _contact(host: Host) -> Message | None:
     """The first contact of the boat that has the task, by Gazebo's names of collisions; None without one."""
-    boat, model = str(_task(host)["boat"]), host.sim.model
-    for contact in host.sim.data.contact:
-        names = [collision_name(model, int(geom), host.sim.boats) for geom in contact.geom]
-        if contact.dist < 0.0 and any(name.startswith(f"{boat}::") for name in names):
-            return new("vrx_gazebo/Contact", header=header(host.sim.time), collision1=names[0], collision2=names[1])
+    for _, (first, second) in _touches(host, [_task(host)["boat"]]):
+        return new("vrx_gazebo/Contact", header=header(host.sim.time), collision1=first, collision2=second)
     return None
 
 
