@@ -162,12 +162,38 @@ def test_up_to_the_greatest_mass_a_boat_floats_and_beyond_it_does_not():
 
 
 @pytest.mark.parametrize(
+    ("sea", "kept"),
+    [
+        ({"model": "none"}, set()),
+        ({"model": "jonswap", "significant_height": 0.4, "depth": 6.0}, {"wave_period", "wave_band"}),
+        (
+            {"model": "stokes5", "height": 0.5, "period": 4.0},
+            {"wave_period", "wave_band", "wave_phase"},
+        ),
+    ],
+)
+def test_a_world_keeps_what_its_sea_does_not_let_differ(sea, kept):
+    world = {"name": "bay", "sea": sea}
+    rows = VectorEnv("StationKeeping", 2, world=world)
+    _, info = rows.reset(seed=3)
+    drawn = {"wave_period", "wave_band", "wave_direction", "wave_spread", "wave_phase"}
+    assert drawn & {*info} == drawn - kept
+    rows.step(np.zeros(rows.action_space.shape, np.float32))
+    for name in kept:
+        with pytest.raises(vrx_mj.VrxError, match="cannot be varied in"):
+            VectorEnv("StationKeeping", 2, world=world, **{name: (0.5, 0.7)}).reset(seed=3)
+
+
+@pytest.mark.parametrize(
     ("option", "message"),
     [
-        ({"wave_phase": "x"}, "invalid wave_phase 'x': a number, or a pair (low, high), is needed"),
+        (
+            {"wave_phase": "x"},
+            "invalid wave_phase 'x': a number from -1e+06 to 1e+06, or a pair (low, high), is needed",
+        ),
         (
             {"wave_period": 0},
-            "invalid wave_period 0: a number of 0.001 or more, or a pair (low, high), is needed",
+            "invalid wave_period 0: a number from 0.001 to 1e+06, or a pair (low, high), is needed",
         ),
     ],
 )

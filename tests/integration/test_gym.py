@@ -215,15 +215,16 @@ def test_order_of_calls():
     [
         (
             {"wind_speed": (5, 1)},
-            "invalid wind_speed (5, 1): a number of 0 or more, or a pair (low, high), is needed",
+            "invalid wind_speed (5, 1): a number from 0 to 1e+06, or a pair (low, high), is needed",
         ),
-        ({"mass": 0}, "invalid mass 0: a number of 0.001 or more, or a pair (low, high), is needed"),
+        ({"mass": 0}, "invalid mass 0: a number from 0.001 to 1e+06, or a pair (low, high), is needed"),
         ({"render_mode": "human"}, "invalid render_mode 'human': None, 'rgb_array' or 'rgb_array_list' is needed"),
         ({"width": 0}, "invalid width 0: a whole number of pixels from 1 to 8192 is needed"),
         ({"height": 1.5}, "invalid height 1.5: a whole number of pixels from 1 to 8192 is needed"),
-        ({"duration": 0.01}, "invalid duration 0.01: a number of 0.1 s or more is needed"),
-        ({"duration": float("nan")}, "invalid duration nan: a number of 0.1 s or more is needed"),
-        ({"waves": "rough"}, "invalid waves 'rough': a number of 0 or more, or a pair (low, high), is needed"),
+        ({"duration": 0.01}, "invalid duration 0.01: a multiple of 0.1 s, up to 1e+09 s, is needed"),
+        ({"duration": 0.25}, "invalid duration 0.25: a multiple of 0.1 s, up to 1e+09 s, is needed"),
+        ({"duration": float("nan")}, "invalid duration nan: a multiple of 0.1 s, up to 1e+09 s, is needed"),
+        ({"waves": "rough"}, "invalid waves 'rough': a number from 0 to 1e+06, or a pair (low, high), is needed"),
         (
             {"autoreset_mode": "never"},
             "invalid autoreset_mode 'never': one of 'NextStep', 'SameStep', 'Disabled' is needed",

@@ -70,7 +70,7 @@ def numbers_of(world: Parameters) -> dict[str, Number]:
     found = [number for name in _ROOTS for number in _field(world, name, (), name)]
     for index, (boat, hull) in enumerate(zip(world.boats, world.hulls, strict=True)):
         found += _rows(hull, ("hulls", index), f"{boat.name}.hull")
-        for row in range(hull.station_count):
+        for row in range(0 if hull.vessel else hull.station_count):  # they do not carry a vessel
             own = hull.station_start + row
             found += _rows(world.stations[own], ("stations", own), f"{boat.name}.stations.{row}")
         for own in range(hull.thruster_start, hull.thruster_start + hull.thruster_count):
@@ -93,10 +93,12 @@ def with_numbers(
 
     Raises:
         UnknownNameError: no number of the world has a name.
-        CommandError: a value is not a number, or outside its range.
+        CommandError: a value is not a number, or outside its range, or a number of the world is not `known`.
     """
     known = (known or numbers_of(world)) if values else {}
     for name, value in values.items():
+        if name not in known and name in numbers_of(world):
+            raise CommandError(f"{name} cannot differ between runs of a world: compile a world with it")
         check_name("parameter", name, known)
         world = _with_value(world, known[name].path, known[name].field_value(value))
     return world
@@ -113,6 +115,8 @@ def _with_value(whole: Any, path: _Path, value: Any) -> Any:
     step, *rest = path
     if isinstance(whole, Sea) and step == "significant_height":
         return whole.with_height(value)
+    if isinstance(whole, Sea) and step == "waves" and rest[-1] == "amplitude":
+        return whole.with_amplitude(int(rest[0]), value)
     if isinstance(step, int):
         return (*whole[:step], _with_value(whole[step], tuple(rest), value), *whole[step + 1 :])
     return replace(whole, **{step: _with_value(getattr(whole, step), tuple(rest), value)})

@@ -45,6 +45,10 @@ class Wave:
     """Shape of the Gamma distribution from which a run draws its energy, whose mean is this wave's [1]; 0: it is fixed.
     """
 
+    def scaled(self, factor: float) -> "Wave":
+        """The wave `factor` times as high, and so the motion of its water."""
+        return replace(self, amplitude=factor * self.amplitude, orbital=self.orbital and factor * self.orbital)
+
 
 @record
 class Sea:
@@ -56,7 +60,7 @@ class Sea:
     """Time constant of the ramp [s]; no ramp unless above 0."""
     level: Real
     """Height of the mean surface [m]."""
-    waves: Annotated[tuple[Wave, ...], Field(max_length=10_000)]
+    waves: Annotated[tuple[Wave, ...], Field(max_length=10_000), Unless("is_stokes")]
     """The components."""
     significant_height: Annotated[NonNegative, Unless("has_fixed_height")]
     """Significant wave height [m]; setting it by name scales all components and keeps their periods."""
@@ -79,9 +83,14 @@ class Sea:
         return self.model in SPECTRA
 
     @property
+    def is_stokes(self) -> bool:
+        """Whether its waves are the harmonics of one steep wave, which follow from its height."""
+        return self.model == "stokes5"
+
+    @property
     def has_fixed_height(self) -> bool:
         """Whether its height cannot be scaled: it is flat, or a steep wave, whose harmonics grow otherwise."""
-        return not self.significant_height or self.model == "stokes5"
+        return not self.significant_height or self.is_stokes
 
     def with_height(self, height: float) -> "Sea":
         """The sea with waves of the same periods and another significant height [m].
@@ -95,10 +104,16 @@ class Sea:
             text = f"a sea of {self.period:.3g} s breaks at {most:.3g} m"
             raise CommandError(f"invalid sea.significant_height [m]: {text}, got {height:.3g} m")
         factor = height / self.significant_height
-        waves = tuple(
-            replace(wave, amplitude=factor * wave.amplitude, orbital=wave.orbital and factor * wave.orbital)
-            for wave in self.waves
-        )
+        waves = tuple(wave.scaled(factor) for wave in self.waves)
+        return replace(self, significant_height=height, waves=waves)
+
+    def with_amplitude(self, index: int, amplitude: float) -> "Sea":
+        """The sea with another amplitude [m] of one of its waves, and the significant height that follows."""
+        wave = self.waves[index]
+        own = wave.scaled(amplitude / wave.amplitude) if wave.amplitude else replace(wave, orbital=None)
+        waves = (*self.waves[:index], replace(own, amplitude=amplitude), *self.waves[index + 1 :])
+        before, now = (math.hypot(*[wave.amplitude for wave in each]) for each in (self.waves, waves))
+        height = self.significant_height * (now / before if before else 1.0)
         return replace(self, significant_height=height, waves=waves)
 
 

@@ -77,7 +77,7 @@ class VectorEnv(ProblemRows, gymnasium.vector.VectorEnv[Floats32, Floats32, npt.
             problem: name of the problem: StationKeeping, Wayfinding, FollowPath or Docking.
             num_envs: number of rows.
             world: world to use instead of the problem's own; without a task, and with a dock for Docking.
-            fleet: fleet of one boat; by default a WAM-V with VRX's layout H.
+            fleet: fleet of one boat; by default that of the world's spawn, in the problem's own a WAM-V of layout H.
             duration: duration of an episode [s], after which it is truncated; by default the problem's.
             max_episode_steps: number of steps, 0.1 s each, after which an episode is truncated at the latest, -1 for
                 no such number; where it is given, `duration` has no default. `gymnasium.make_vec` always gives it.

@@ -15,6 +15,7 @@ from vrx_mj.errors import quote
 from vrx_mj.rl.neighbours import NeighbourView
 from vrx_mj.rl.problem import RefereedRow, Rows
 from vrx_mj.runtime.batch import Batch
+from vrx_mj.runtime.rows import fixed_arguments
 
 Device = Literal["cpu", "cuda"]
 """Where rows and their arrays are."""
@@ -44,6 +45,8 @@ _SPREADS = (0.0, 1.5)
 """Default range of the factor of the spread of the waves' directions."""
 _FULL_TURN = (-np.pi, np.pi)
 """Any direction or phase [rad]."""
+_PHASE, _PHASES = "wave_phase", "wave_phases"
+"""An option, and the argument of `Batch.vary` with its values."""
 _MIN_VALUES = {"wave_direction": -_MAX_VALUE, "wave_phase": -_MAX_VALUE, "mass": 1e-3, "wave_period": 1e-3}
 """Least values of what is varied where they are not 0."""
 
@@ -54,11 +57,12 @@ class ActionError(gymnasium.error.InvalidAction, AssertionError):
 
 def episode_steps(duration: object) -> int:
     """Steps of an episode; gymnasium.error.Error: its duration [s] is invalid."""
-    if not is_number(duration) or duration < PERIOD:
-        raise gymnasium.error.Error(f"invalid duration {quote(duration)}: a number of {PERIOD:g} s or more is needed")
-    if duration > _MAX_DURATION:
-        raise gymnasium.error.Error(f"invalid duration {quote(duration)}: at most {_MAX_DURATION:g} s")
-    return round(float(duration) / PERIOD)
+    if is_number(duration) and PERIOD <= duration <= _MAX_DURATION:
+        steps = round(float(duration) / PERIOD)
+        if math.isclose(steps * PERIOD, float(duration)):
+            return steps
+    text = f"a multiple of {PERIOD:g} s, up to {_MAX_DURATION:g} s, is needed"
+    raise gymnasium.error.Error(f"invalid duration {quote(duration)}: {text}")
 
 
 def step_limit(duration: object, most: object, default: float) -> int:
@@ -274,6 +278,8 @@ class Variety:
         if isinstance(rows, RefereedRow) and given:
             raise gymnasium.error.Error(f"{problem} has no option {next(iter(given))}: its world cannot be varied")
         ranges = {**VARIED, **given} if isinstance(rows, Batch) else {}
+        fixed = fixed_arguments(rows.world.parameters.sea) if isinstance(rows, Batch) else ()
+        ranges |= dict.fromkeys({_PHASE if name == _PHASES else name for name in fixed} - given.keys())
         self._ranges = {name: _range(name, value) for name, value in ranges.items() if value is not None}
         if isinstance(rows, Batch) and "mass" in self._ranges:
             _check_mass(rows, ranges["mass"], self._ranges["mass"][1])
@@ -283,15 +289,15 @@ class Variety:
         self._drawn = {name: np.zeros((rows.n, *self._shape(name))) for name in self._ranges}
 
     def _shape(self, name: str) -> tuple[int, ...]:
-        return (self._waves,) if name == "wave_phase" else ()
+        return (self._waves,) if name == _PHASE else ()
 
     def draw(self, rows: IntArray, random: Sequence[np.random.Generator]) -> None:
         """Draw for these rows, whose generators are given, what holds from their next reset on."""
         changed: dict[str, Any] = {}
         for name, (low, high) in self._ranges.items():
             shape = self._shape(name)
-            drawn = np.array([own.uniform(low, high, shape or None) for own in random]).reshape(-1, *shape)
-            changed["wave_phases" if shape else name] = drawn
+            drawn = np.array([own.uniform(low, high, shape or None) for own in random]).reshape(len(random), *shape)
+            changed[_PHASES if shape else name] = drawn
             self._drawn[name][rows] = drawn
         if isinstance(self._rows, Batch):
             self._rows.vary(rows, **changed)
@@ -307,7 +313,7 @@ def _range(name: str, value: object) -> tuple[float, float]:
     pair = tuple(value) if isinstance(value, Sequence) else (value, value)
     least = _MIN_VALUES.get(name, 0.0)
     if len(pair) != 2 or not all(map(is_number, pair)) or not least <= pair[0] <= pair[1] <= _MAX_VALUE:
-        number = "a number" if least == -_MAX_VALUE else f"a number of {least:g} or more"
+        number = f"a number from {least:g} to {_MAX_VALUE:g}"
         raise gymnasium.error.Error(f"invalid {name} {quote(value)}: {number}, or a pair (low, high), is needed")
     return float(pair[0]), float(pair[1])
 

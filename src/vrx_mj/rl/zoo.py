@@ -100,7 +100,7 @@ class TeamVectorEnv(ProblemRows):
             num_envs: number of rows.
             boats: number of boats; by default that of the problem or of the fleet.
             world: world to use instead of the problem's own; without a task, except for Score.
-            fleet: fleet of the team; by default WAM-Vs with VRX's layout H.
+            fleet: fleet of the team; by default boats of the world's spawn, in the problem's own WAM-Vs of layout H.
             duration: duration of an episode [s], after which it is truncated.
             reward: `individual`, `team`, or the share of the team's reward in every boat's reward, 0 to 1.
             neighbours: number of other boats that a boat observes, the nearest ones.

@@ -392,8 +392,9 @@ class Batch:
 
         Raises:
             UnknownNameError: no number of the boats or the weather has a name in `parameters`.
-            CommandError: the shape is wrong, a number is not finite, or negative (or 0 for `mass` or `wave_period`), or
-                there is no memory for the models of rows with a mass of their own.
+            CommandError: the shape is wrong, a number is not finite or out of its range, `parameters` has a number of
+                the MJCF or of a battery, the sea does not allow it, as the periods in shallow water and most of a
+                Stokes wave, or there is no memory for the models of rows with a mass of their own.
         """
         which = which_rows(self.n, rows)
         given = varied_values(

@@ -300,6 +300,13 @@ _CHANGE = np.dtype([("period", _f), ("band", _f), ("spread", _f), ("turn", _f)],
 _UNCHANGED = np.array((1.0, 1.0, 1.0, 0.0), _CHANGE)
 
 
+def fixed_arguments(sea: Sea) -> tuple[str, ...]:
+    """Names of what `Batch.vary` cannot vary: the harmonics of a Stokes wave, and lengths in shallow water."""
+    if sea.is_stokes:
+        return ("waves", *_LENGTH_ARGUMENTS, "wave_phases")
+    return () if sea.depth is None else _LENGTH_ARGUMENTS
+
+
 class RowSeas:
     """What the sea of each row has of its own.
 
@@ -316,7 +323,7 @@ class RowSeas:
         """`physics.tables.OwnWaves` of each row, (n, size)."""
         peak = 2.0 * math.pi / sea.period if sea.period else 1.0
         self._nominal = np.array([(peak, sea.direction, sea.gravity)], NOMINAL)
-        self._deep, self._harmonic = sea.depth is None, sea.model == "stokes5"
+        self._fixed = fixed_arguments(sea)
         self.drawn = np.full(n, sea.random)
         """Which rows have the phases and energies of their seeds."""
         self._change = np.full(n, _UNCHANGED, _CHANGE)
@@ -350,11 +357,10 @@ class RowSeas:
         Raises:
             CommandError: the phases do not have the shape (waves,) or (rows, waves), or are not finite.
         """
-        fixed = ("waves", *_LENGTH_ARGUMENTS) if self._harmonic else () if self._deep else _LENGTH_ARGUMENTS
-        for name in fixed:
-            if name in given and (given[name] != 1.0).any():
+        for name in self._fixed:
+            if (phases is not None) if name == "wave_phases" else (name in given and (given[name] != 1.0).any()):
                 raise CommandError(
-                    f"{name} cannot be varied in {'a Stokes wave' if self._harmonic else 'shallow water'}"
+                    f"{name} cannot be varied in {'a Stokes wave' if 'waves' in self._fixed else 'shallow water'}"
                 )
         if phases is not None:
             own, shape = as_numbers("wave_phases", phases), (len(which), self.table.shape[1])

@@ -143,8 +143,8 @@ class Simulation(Roster):
 
         Raises:
             CommandError: the seed is not a whole number from 0 to 2^63 - 1, a value of `parameters` is not a number in
-                its range, or the run is being recorded.
-            UnknownNameError: no such number can be changed.
+                its range or cannot be changed, or the run is being recorded.
+            UnknownNameError: the world has no such number.
         """
         numbers = {} if parameters is None else parameters
         check_kind("parameters", numbers, Mapping, "a mapping of numbers, as {'wind.mean': 5.0}")

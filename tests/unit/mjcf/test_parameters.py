@@ -309,8 +309,11 @@ def test_numbers_at_their_values_leave_the_world_as_it_is(worlds):
 def test_what_follows_from_other_numbers_is_not_listed(worlds):
     vrx, marine = parameters(worlds["vrx wamv"]), parameters(worlds["marine wamv"])
     assert not {"wamv1.stations.0.count", "sea.waves.0.frequency"} & {*vrx, *marine}
+    stokes = parameters(compile_world({"sea": {"model": "stokes5", "height": 0.5, "period": 4.0}}, fleet="none"))
+    assert {name for name in stokes if name.startswith("sea.")} == {"sea.tau", "sea.level"}
     assert "wamv1.hull.drag_linear.surge" in vrx
     assert "wamv1.hull.drag_linear.surge" not in marine
+    assert not any(".stations." in name for name in marine)  # its mesh carries it
     assert marine["wamv1.hull.vessel.damping.surge.surge"].unit == "N s/m"
     assert marine["wamv1.hull.vessel.damping.surge.yaw"].unit == "N s"
     assert marine["wamv1.hull.vessel.damping.yaw.yaw"].unit == "N m s"
@@ -395,5 +398,22 @@ def test_a_run_with_numbers_of_its_own_is_that_of_a_world_compiled_with_them(wor
 
 
 def test_a_run_cannot_have_another_mass(worlds):
-    with pytest.raises(UnknownNameError, match=r"^no parameter named 'wamv1\.hull\.mass'"):
+    with pytest.raises(CommandError, match=r"^wamv1\.hull\.mass cannot differ between runs of a world: compile "):
         Simulation(worlds["vrx wamv"]).reset(parameters={"wamv1.hull.mass": 300.0})
+
+
+def test_the_water_moves_with_the_amplitudes_of_its_waves():
+    world = {"sea": {"model": "jonswap", "significant_height": 0.3, "peak_period": 4.0, "components": 3, "depth": 9.0}}
+    base = compile_world(world, fleet="none")
+    amplitudes = {name: 2.0 * own.value for name, own in base.numbers.items() if name.endswith(".amplitude")}
+    one = compile_world(world, fleet="none", parameters=amplitudes)
+    assert len(amplitudes) == 3
+    assert one.numbers["sea.significant_height"].value == pytest.approx(0.6)
+    whole = compile_world(world, fleet="none", parameters={"sea.significant_height": 0.6})
+    for own, other in zip(one.parameters.sea.waves, whole.parameters.sea.waves, strict=True):
+        assert own.amplitude == pytest.approx(other.amplitude)
+        assert own.orbital == pytest.approx(other.orbital)
+    same = with_numbers(base.parameters, {"sea.waves.0.amplitude": base.numbers["sea.waves.0.amplitude"].value})
+    assert same == base.parameters
+    calm = with_numbers(base.parameters, dict.fromkeys(amplitudes, 0.0)).sea
+    assert [wave.orbital for wave in calm.waves] == [0.0] * 3

@@ -113,7 +113,7 @@ def test_a_row_with_numbers_of_its_own_is_a_world_compiled_with_them(sea_and_win
             {"a.hull.drag_linear.serge": 1.0},
             "no parameter named 'a.hull.drag_linear.serge'; did you mean 'a.hull.drag_",
         ),
-        ({"a.hull.mass": 200.0}, "no parameter named 'a.hull.mass'"),
+        ({"a.hull.mass": 200.0}, "a.hull.mass cannot differ between runs of a world: compile a world with it"),
         ({"a.thrusters.left.name": 1.0}, "no parameter named 'a.thrusters.left.name'"),
         ({"a.stations.0.radius": [0.1, -0.1]}, r"invalid a.stations.0.radius \[m\]: must be at least 0, got -0.1"),
         ({"a.stations.0.radius": [0.1, 0.1, 0.1]}, "invalid a.stations.0.radius "),

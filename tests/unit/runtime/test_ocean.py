@@ -95,6 +95,8 @@ def test_what_cannot_be_varied():
     stokes = compile_world({"name": "bay", "sea": {"model": "stokes5", "height": 0.5, "period": 4.0}})
     with pytest.raises(CommandError, match=r"^waves cannot be varied in a Stokes wave$"):
         Batch(stokes, 2).vary(waves=[1.0, 2.0])
+    with pytest.raises(CommandError, match=r"^wave_phases cannot be varied in a Stokes wave$"):
+        Batch(stokes, 2).vary(wave_phases=np.zeros(5))
     Batch(stokes, 2).vary(wave_direction=1.0)
 
 
