@@ -352,6 +352,8 @@ def _losses_in(element: Any, section: str, base: str, side: _Side) -> Iterator[t
     """The losses of an element whose attributes and children are in a section, by their kind."""
     rows = sections()[section]
     for name, value in element.attrib.items():
+        if name.partition(":")[0] == "xmlns":  # xacro of ROS Melodic leaves these where they were
+            continue
         why = _why(rows, f"{base}@{name}", value, side)
         if why:
             yield (section, f"{base}@{name}"), Loss(element.place, f"{name} of <{element.tag}>", why)

@@ -307,6 +307,13 @@ def test_what_is_lost_and_what_is_unknown_is_a_remark():
     ]
 
 
+def test_namespaces_that_xacro_left_are_no_remark():
+    """ROS Melodic's xacro writes them on the robot and on what it copies."""
+    names = ' xmlns:xacro="http://ros.org/wiki/xacro"'
+    text = f'<robot name="b"{names}>{link()}<gazebo><plugin{names} name="p" filename="libx.so"/></gazebo></robot>'
+    assert read_urdf(text, Path("b.urdf")).remarks == ()
+
+
 def test_what_is_missing_has_urdfs_defaults():
     urdf = read(link(), link("arm", ""), joint("hull", "arm", "continuous"))
     arm = urdf.joints["hull_arm"]
