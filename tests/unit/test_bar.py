@@ -49,6 +49,12 @@ def test_short_work_prints_nothing_elsewhere(clock):
     assert stream.getvalue() == ""
 
 
+def test_a_bar_of_nothing_is_empty():
+    stream = Terminal()
+    with Bar("sailing", 0, "trials", stream):
+        assert shown(stream) == f"sailing [{'.' * 24}] 0 of 0 trials"
+
+
 def test_in_a_terminal_a_bar_grows_and_goes(clock):
     stream = Terminal()
     with Bar("compiling", 130, "kernels", stream) as bar:
