@@ -16,6 +16,7 @@ from integration.test_fingerprints_recordings import by_root, colors_of, numbers
 from vrx_mj.config.sensors import CameraConfig, LidarConfig
 from vrx_mj.config.world import Georeference
 from vrx_mj.errors import CommandError, RecordError, SensorError, UnknownNameError
+from vrx_mj.frames import rotation_matrix
 
 LIDAR = LidarConfig(name="lidar", link="lidar_link", pose=(0.7, 0.0, 1.8, 0.0, 0.0, 0.0))
 PLANAR = LidarConfig(
@@ -122,7 +123,9 @@ def test_fixes_are_shown_along_the_boats_way(recorded):
     times, places = displayed(record, "/world/tracks/a/gps", "Points3D:positions")
     assert len(times) == 46
     rows = np.searchsorted(record.time, np.array(times)[::3] - 1e-6)
-    way = record.boats["a"].position[rows] * (1.0, 1.0, 0.0)  # at the mean water
+    boat = record.boats["a"]
+    arms = [rotation_matrix(boat.quaternion[row]) @ GPS.pose[:3] for row in rows]
+    way = (boat.position[rows] + arms) * (1.0, 1.0, 0.0)  # at the mean water
     np.testing.assert_allclose(np.squeeze(places)[::3], way, atol=1e-5)
     _, angles = displayed(record, "/earth/a/gps", "GeoPoints:positions")
     x, y, _ = Georeference(**SYDNEY).to_enu(*angles[-1][0], 0.0)

@@ -170,6 +170,21 @@ class Estimate(Place):
         return in_axes(self.heading, self.vx, self.vy)[1]
 
 
+class Spin:
+    """Angular velocity at the last reading of a unit whose rates are means since the reading before."""
+
+    def __init__(self) -> None:
+        self._time, self._mean, self._now = -math.inf, np.zeros(3), np.zeros(3)
+
+    def __call__(self, time: float, mean: FloatArray) -> FloatArray:
+        """The rate at the time of a reading [s] by its mean rate [rad/s], (3,): half an interval further on."""
+        if time != self._time:
+            known = time - self._time <= _MAX_FIX_GAP
+            self._now = 1.5 * mean - 0.5 * self._mean if known else mean
+            self._time, self._mean = time, mean
+        return self._now
+
+
 class Navigator:
     """Estimates from one boat's sensors, call by call.
 
@@ -181,6 +196,7 @@ class Navigator:
         self.plane: TangentPlane | None = None
         """The local frame; None before the first estimate, and with ground truth."""
         self._antenna: tuple[float, ...] = (0.0, 0.0, 0.0)
+        self._spin = Spin()
         self._truth = False
 
     def __call__(self, boat: "BoatObservation", t: float) -> Estimate:
@@ -194,7 +210,8 @@ class Navigator:
             self._begin(readings[0])
         north, west, up = fix.velocity
         antenna = np.array([*self._local(fix.latitude, fix.longitude), fix.altitude]), np.array([-west, north, up])
-        _, place, velocity = base_link_by(*antenna, self._antenna, turned, inertia.angular_velocity)
+        spin = self._spin(readings[1].time, inertia.angular_velocity)
+        _, place, velocity = base_link_by(*antenna, self._antenna, turned, spin)
         (x, y, z), (vx, vy, _), turn = place.tolist(), velocity.tolist(), float((turned @ inertia.angular_velocity)[2])
         return Estimate(
             x=x + vx * age,
@@ -321,6 +338,7 @@ class Localizer:
         self._axes = np.array([earth.from_east_north_up(*axis) for axis in np.eye(3)]).T
         self._time = self._turned = -np.inf
         self._position, self._velocity, self._spin = np.zeros((3, 3))
+        self._present_spin = Spin()
         self._spread = self._unsteady = self._drift = _NO_COVARIANCE[:3, :3]
         """Covariances of the filtered position, of the velocity, and of slow errors of fixes, which no filter finds."""
         self._jolts = np.square(_FIRST_ACCELERATIONS)
@@ -359,7 +377,9 @@ class Localizer:
         north, west, up = fix.velocity
         place = np.array(self._earth.to_enu(fix.latitude, fix.longitude, fix.altitude))
         antenna = place, self._axes @ (-west, north, up)
-        arm, measured, velocity = base_link_by(*antenna, self._antenna, turned, self._spin)
+        arm, measured, velocity = base_link_by(
+            *antenna, self._antenna, turned, self._present_spin(self._turned, self._spin)
+        )
         unsteady = self._in_world(variances(self._gps.velocity)) + _lever(arm, turned @ unsure @ turned.T)
         noise = self._in_world(np.square(self._gps.position.noise)) + _NO_COVARIANCE[:3, :3]
         self._drift = self._in_world(np.square(self._gps.position.drift)) + _lever(arm, slanted)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrx_mj.control.navigation import Navigator, TangentPlane
+from vrx_mj.control.navigation import Navigator, Spin, TangentPlane
 from vrx_mj.errors import SensorError, VrxWarning
 from vrx_mj.frames import rotation_matrix
 
@@ -147,3 +147,22 @@ def test_a_rotation_turns_without_stretching(yaw, pitch):
     assert matrix[:, 0] == pytest.approx(
         (math.cos(yaw) * math.cos(pitch), math.sin(yaw) * math.cos(pitch), -math.sin(pitch)), abs=1e-12
     )
+
+
+def test_a_rate_is_that_of_the_moment_though_units_give_means():
+    """Exact while the acceleration is constant; after a pause a mean is the best that is known."""
+    spin, turning, rising = Spin(), np.array([0.1, -0.2, 0.3]), np.array([1.0, 2.0, -3.0])
+    means = [turning + rising * (t - 0.05) for t in (0.1, 0.2, 0.3)]
+    found = [spin(t, mean) for t, mean in zip((0.1, 0.2, 0.3), means, strict=True)]
+    assert found[0].tolist() == means[0].tolist()
+    for t, rate in zip((0.2, 0.3), found[1:], strict=True):
+        assert rate == pytest.approx(turning + rising * t)
+    assert spin(0.3, np.zeros(3)).tolist() == found[2].tolist()  # the same reading
+    assert spin(1.4, means[0]).tolist() == means[0].tolist()
+
+
+@pytest.mark.parametrize(("altitude", "is_antenna"), [(0.2, False), (0.6, False), (0.7, True), (1.2, True)])
+def test_a_fix_is_of_the_antenna_or_of_base_link_by_its_height(altitude, is_antenna):
+    mount = SimpleNamespace(position=np.array([-0.85, 0.0, 1.3]))
+    found = Navigator()(boat(*SYDNEY, altitude=altitude, mount=mount), 0.0)
+    assert (found.x, found.z) == pytest.approx((0.85, altitude - 1.3) if is_antenna else (0.0, altitude), abs=1e-6)

@@ -89,12 +89,12 @@ class TestMarine:
 
 
 @pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
-@pytest.mark.parametrize(("profile", "shift"), [("vrx", 0.0), ("vrx3", AHEAD), ("marine", AHEAD)])
-def test_where_a_profile_s_receiver_is(tmp_path, profile, shift):
+@pytest.mark.parametrize("profile", ["vrx", "vrx3", "marine"])
+def test_a_receiver_is_where_it_is_mounted(tmp_path, profile):
     sim, boat = barge(tmp_path, profile)
     fix = reading(sim, boat, "receiver")
     radius = (
         6_378_137.0 * math.cos(math.radians(-33.7)) / math.sqrt(1 - 0.00669438 * math.sin(math.radians(-33.7)) ** 2)
     )
     x = sim.observe()[boat].position[0]
-    assert math.radians(fix.longitude - 150.7) * radius == pytest.approx(x + shift, abs=1e-3)
+    assert math.radians(fix.longitude - 150.7) * radius == pytest.approx(x + AHEAD, abs=1e-3)
