@@ -97,6 +97,21 @@ def test_mutants_equal_to_the_source_are_counted_apart_each_with_a_reason():
         assert {drawn[edit] for edit in edits} == {1}, name
 
 
+ALONE = """
+def test_without_an_environment(monkeypatch):
+    monkeypatch.setattr(os, "environ", {})
+"""
+
+
+@pytest.mark.slow
+def test_a_map_is_not_made_of_some_tests(tmp_path):
+    pytest.importorskip("coverage")
+    ending = tmp_path / "test_ending.py"
+    ending.write_text("import os\n\ndef test_that_ends_all():\n    os._exit(3)\n", encoding="utf-8")
+    with pytest.raises(RuntimeError, match=r"^the map has not all tests: pytest ended with 3, see .*pytest-0\.log$"):
+        write_map(tmp_path / "map", 1, [str(ending)])
+
+
 @pytest.mark.slow
 def test_a_map_finds_the_tests_that_run_a_line_or_what_uses_it(tmp_path, monkeypatch):
     def of(file, line, tests_of=near_line_tests):
@@ -106,7 +121,10 @@ def test_a_map_finds_the_tests_that_run_a_line_or_what_uses_it(tmp_path, monkeyp
 
     pytest.importorskip("coverage")
     monkeypatch.setenv(FOLDER, str(tmp_path))
-    write_map(tmp_path, 1, ["tests/unit/test_bar.py", "tests/unit/physics/test_sail.py"])
+    alone = tmp_path / "test_alone.py"
+    alone.write_text(f"import os\n\n{ALONE}", encoding="utf-8")
+    write_map(tmp_path, 1, ["tests/unit/test_bar.py", "tests/unit/physics/test_sail.py", str(alone)])
+    assert "test_without_an_environment" in (tmp_path / "times").read_text(encoding="utf-8")
     printed_above = {"test_what_is_printed_meanwhile_stands_above_the_bar", "test_without_colors_lines_are_plain"}
     first, second, *others = of("bar.py", 'self._write(f"{_CLEAR}{in_color')
     assert {first, second} == printed_above

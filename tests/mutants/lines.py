@@ -28,6 +28,8 @@ from mutants.scratch import SOURCES, TESTS, fingerprint_tests, nearest_tests
 
 FOLDER = "VRX_MJ_TESTS_LINES"
 """Names the folder of the map."""
+OWN_FOLDER = os.environ.get(FOLDER, "")
+"""The folder, if a test takes the environment away."""
 SETTINGS = (
     "[run]\nsource = src/vrx_mj\nrelative_files = true\nparallel = true\npatch =\n    subprocess\n    fork\n    _exit\n"
 )
@@ -54,7 +56,7 @@ def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
     """Append how long a part of a test took, and whether it passed; a test may just pretend to be on Windows."""
-    with open(os.path.join(os.environ[FOLDER], "times"), "a", encoding="utf-8") as file:  # noqa: PTH118, PTH123
+    with open(os.path.join(OWN_FOLDER, "times"), "a", encoding="utf-8") as file:  # noqa: PTH118, PTH123
         file.write(json.dumps([report.nodeid, report.duration, report.outcome]) + "\n")
 
 
@@ -74,7 +76,9 @@ def write_map(folder: Path, jobs: int, tests: Sequence[str] = ("tests",)) -> Non
     def part(job: int) -> None:
         arguments = ["-n0", "-q", "-p", "no:cacheprovider", "-m", "not slow", *files[job::jobs]]
         with (folder / f"pytest-{job}.log").open("wb") as log:
-            subprocess.run([*program, *arguments], cwd=ROOT, env=environment, stdout=log, stderr=log, check=False)
+            done = subprocess.run([*program, *arguments], cwd=ROOT, env=environment, stdout=log, stderr=log, check=False)
+        if done.returncode > 1:  # 1: a test failed
+            raise RuntimeError(f"the map has not all tests: pytest ended with {done.returncode}, see {log.name}")
 
     with ThreadPoolExecutor(jobs) as pool:
         list(pool.map(part, range(jobs)))

@@ -182,7 +182,8 @@ class Scratch:
         if code < 0:
             return "failed", ""
         output = log.read_text(encoding="utf-8", errors="replace")
-        unimported = code == 4 and "found no collectors" in output  # of a test's file, which the mutant breaks
+        # a test's file or its conftest, which the mutant breaks
+        unimported = code == 4 and ("found no collectors" in output or "while loading conftest" in output)
         if code not in {0, 1, 2, 5} and not unimported:
             raise RuntimeError(f"pytest ended with {code}:\n{output[-4000:]}")
         if code in {0, 5}:  # 5: no test was chosen
