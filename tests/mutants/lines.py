@@ -76,9 +76,10 @@ def write_map(folder: Path, jobs: int, tests: Sequence[str] = ("tests",)) -> Non
     def part(job: int) -> None:
         arguments = ["-n0", "-q", "-p", "no:cacheprovider", "-m", "not slow", *files[job::jobs]]
         with (folder / f"pytest-{job}.log").open("wb") as log:
-            done = subprocess.run([*program, *arguments], cwd=ROOT, env=environment, stdout=log, stderr=log, check=False)
-        if done.returncode > 1:  # 1: a test failed
-            raise RuntimeError(f"the map has not all tests: pytest ended with {done.returncode}, see {log.name}")
+            command = [*program, *arguments]
+            done = subprocess.call(command, cwd=ROOT, env=environment, stdout=log, stderr=log)
+        if done > 1:  # 1: a test failed
+            raise RuntimeError(f"the map has not all tests: pytest ended with {done}, see {log.name}")
 
     with ThreadPoolExecutor(jobs) as pool:
         list(pool.map(part, range(jobs)))
