@@ -181,12 +181,10 @@ def field_docstrings(model: type[Config]) -> dict[str, str]:
 def marked_numbers(model: type[Config]) -> Sequence[tuple[str, NumberOf]]:
     """Fields of a model that are numbers of a dataclass, or such a number or None."""
     hints = ((key, (field, *get_args(field.annotation))) for key, field in model.model_fields.items())
-    marks = ((key, mark) for key, parts in hints for part in parts for mark in _marks(part))
-    return [(key, mark) for key, mark in marks if isinstance(mark, NumberOf)]
-
-
-def _marks(part: Any) -> Iterable[Any]:
-    return part.metadata if isinstance(part, FieldInfo) else getattr(part, "__metadata__", ())
+    marks = (
+        (key, getattr(part, "metadata", getattr(part, "__metadata__", ()))) for key, parts in hints for part in parts
+    )
+    return [(key, mark) for key, found in marks for mark in found if isinstance(mark, NumberOf)]
 
 
 def own_docstrings(owner: type) -> dict[str, str]:

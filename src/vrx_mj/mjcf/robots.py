@@ -375,6 +375,7 @@ def boat_rows(
     `life` is the number of boats of its name before.
     """
     hull, start = len(tables.hulls), len(tables.thrusters)
+    by_fleet = {mark.name: getattr(boat, key) for key, mark in marked_numbers(BoatConfig) if mark.record is Hull}
     is_marine = physics.profile == MARINE
     vessel = vessel_of(kind.boat, sea.density, in_waves=bool(sea.waves)) if is_marine else None
     row = replace(
@@ -389,7 +390,7 @@ def boat_rows(
         station_start=len(tables.stations),
         station_count=len(kind.stations),
         thruster_start=start,
-        **_numbers_of_fleet(boat),
+        **{name: value for name, value in by_fleet.items() if value is not None},
     )
     return Rows(
         hulls=[row],
@@ -406,12 +407,6 @@ def boat_rows(
         sensors=[replace(_with_names(sensor, boat.name), boat=boat.name) for sensor in kind.sensors],
         boats=[_entry(kind.boat, boat, life)],
     )
-
-
-def _numbers_of_fleet(boat: BoatConfig) -> dict[str, Any]:
-    """Numbers of the hull that the boat or its fleet gives by a key of its own."""
-    given = {mark.name: getattr(boat, key) for key, mark in marked_numbers(BoatConfig) if mark.record is Hull}
-    return {name: value for name, value in given.items() if value is not None}
 
 
 def _entry(robot: Boat, boat: BoatConfig, life: int) -> Entry:

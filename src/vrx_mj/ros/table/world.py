@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from functools import cache, lru_cache, partial
 from typing import Any
 
+import mujoco
 import numpy as np
 
 from vrx_mj.draw.course import ground_of, map_of, object_color
@@ -158,7 +159,7 @@ def _contacts(host: Host) -> Message:
     return kind("ros_gz_interfaces/Contacts")(header(host.sim.time), found)
 
 
-def _touches(host: Host, boats: Collection[str]) -> Iterator[tuple[Any, list[str]]]:
+def _touches(host: Host, boats: Collection[str]) -> Iterator[tuple[mujoco.MjContact, list[str]]]:
     """Contacts of some boats, each with Gazebo's names of the two collisions."""
     for contact in host.sim.data.contact:
         names = [collision_name(host.sim.model, int(geom), host.sim.boats) for geom in contact.geom]
