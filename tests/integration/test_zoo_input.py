@@ -117,7 +117,7 @@ def test_order_of_calls_of_many():
         ("Encounter", {"leaving": 0.5}, "Encounter needs 2 boats all the time: joining and leaving must be 0"),
         ("Formation", {"boats": 0}, "invalid boats 0: a whole number above 0 is needed"),
         ("Formation", {"boats": 2, "fleet": THREE}, "invalid boats 2: the fleet has 3; give only one of them"),
-        ("Formation", {"duration": 0}, "invalid duration 0: a number of 0.1 s or more is needed"),
+        ("Formation", {"duration": 0}, "invalid duration 0: a multiple of 0.1 s, up to 1e+09 s, is needed"),
         ("Formation", {"joining": 2}, "invalid joining 2: a share from 0 to 1 is needed"),
         ("Formation", {"height": 0}, "invalid height 0: a whole number of pixels from 1 to 8192 is needed"),
         ("Formation", {"render_mode": "ansi"}, "invalid render_mode 'ansi': None, 'human' or 'rgb_array' is needed"),

@@ -207,7 +207,7 @@ class Navigator:
         fix, inertia, age = readings[0].data, readings[1].data, t - readings[0].time
         turned = rotation_matrix(inertia.orientation)
         if self.plane is None:
-            self._begin(readings[0])
+            self._begin(readings[0], turned)
         north, west, up = fix.velocity
         antenna = np.array([*self._local(fix.latitude, fix.longitude), fix.altitude]), np.array([-west, north, up])
         spin = self._spin(readings[1].time, inertia.angular_velocity)
@@ -246,12 +246,14 @@ class Navigator:
         assert self.plane is not None, "before the first fix"
         return self.plane.local(latitude, longitude)
 
-    def _begin(self, reading: "Reading") -> None:
-        """Lay the local frame at the first fix."""
+    def _begin(self, reading: "Reading", turned: FloatArray) -> None:
+        """Lay the local frame where the boat is at the first fix."""
         fix, mount = reading.data, reading.mount
         self.plane = TangentPlane(fix.latitude, fix.longitude)
         if mount is not None and fix.altitude > _ANTENNA_SHARE * mount.position[2]:
             self._antenna = tuple(float(value) for value in mount.position)
+            east, north, _ = turned @ self._antenna
+            self.plane = TangentPlane(*self.plane.geodetic(-float(east), -float(north)))
 
     def _readings(self, boat: "BoatObservation") -> "tuple[Reading, Reading] | None":
         """Readings of GPS and inertial unit; None without a GPS."""

@@ -249,7 +249,7 @@ class Batch:
         self._rows.begin(begun, self._on_device("starts", starts, (self.n,), np.int64))
 
     def vary(self, rows: Rows = None, **values: Any) -> None:
-        """Change parameters of rows from their next reset on, as `vrx_mj.Batch.vary` does; errors are its."""
+        """Change parameters of rows, which are to be reset then, as `vrx_mj.Batch.vary` does; errors are its."""
         if "parameters" in values:  # tables outside of the stacks
             self.host().vary(rows, **values)
             self.push()

@@ -292,7 +292,7 @@ class Variety:
         return (self._waves,) if name == _PHASE else ()
 
     def draw(self, rows: IntArray, random: Sequence[np.random.Generator]) -> None:
-        """Draw for these rows, whose generators are given, what holds from their next reset on."""
+        """Draw for these rows, whose generators are given, before they are reset."""
         changed: dict[str, Any] = {}
         for name, (low, high) in self._ranges.items():
             shape = self._shape(name)

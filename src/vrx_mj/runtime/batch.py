@@ -369,7 +369,9 @@ class Batch:
         thrust: npt.ArrayLike | None = None,
         parameters: Mapping[str, npt.ArrayLike] | None = None,
     ) -> None:
-        """Change parameters of rows from their next reset on; each is one number, or one for each of these rows.
+        """Change parameters of rows, which are to be reset then; each is one number, or one for each of these rows.
+
+        A run that goes on instead feels some of them at once, as the mean wind, and others from its reset on.
 
         Args:
             rows: mask or numbers of the rows; by default all.

@@ -84,7 +84,7 @@ def test_an_antenna_on_a_post_is_not_the_boat():
     mount = SimpleNamespace(position=(-0.85, 0.0, 1.3))
     navigator = Navigator()
     seen = navigator(boat(*SYDNEY, altitude=1.3, yaw=math.pi / 2, rate=0.2, mount=mount), 0.0)
-    assert (seen.x, seen.y, seen.z) == pytest.approx((0.0, 0.85, 0.0), abs=1e-12)
+    assert (seen.x, seen.y, seen.z) == pytest.approx((0.0, 0.0, 0.0), abs=1e-7)
     assert (seen.vx, seen.vy) == pytest.approx((-0.17, 0.0), abs=1e-12)  # the antenna rests, so the bow swings west
 
 
@@ -164,5 +164,9 @@ def test_a_rate_is_that_of_the_moment_though_units_give_means():
 @pytest.mark.parametrize(("altitude", "is_antenna"), [(0.2, False), (0.6, False), (0.7, True), (1.2, True)])
 def test_a_fix_is_of_the_antenna_or_of_base_link_by_its_height(altitude, is_antenna):
     mount = SimpleNamespace(position=np.array([-0.85, 0.0, 1.3]))
-    found = Navigator()(boat(*SYDNEY, altitude=altitude, mount=mount), 0.0)
-    assert (found.x, found.z) == pytest.approx((0.85, altitude - 1.3) if is_antenna else (0.0, altitude), abs=1e-6)
+    navigate = Navigator()
+    found = navigate(boat(*SYDNEY, altitude=altitude, mount=mount, yaw=0.5), 0.0)
+    assert (found.x, found.y) == pytest.approx((0.0, 0.0), abs=1e-6)  # the frame begins at `base_link`
+    assert found.z == pytest.approx(altitude - 1.3 if is_antenna else altitude)
+    found = navigate(boat(*SYDNEY, altitude=altitude, mount=mount, yaw=0.5 + math.pi), 0.0)
+    assert math.hypot(found.x, found.y) == pytest.approx(1.7 if is_antenna else 0.0, abs=1e-6)

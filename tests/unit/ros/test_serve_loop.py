@@ -205,12 +205,16 @@ def test_a_greeting_says_what_is_served_and_what_time_waits_for(monkeypatch):
 def test_what_to_type_elsewhere_has_the_port_of_the_master(monkeypatch, master, port):
     monkeypatch.setenv("ROS_MASTER_URI", master)
     uri = f"http://10.0.0.1:{port}"
-    assert list(serve._to_paste(Wanted(ros1=True, rosbridge=9091), "10.0.0.1")) == [
-        f"on the other machine, in a shell: export ROS_MASTER_URI={uri} ROS_IP=ADDRESS_OF_THAT_MACHINE",
-        f"in MATLAB: setenv('ROS_IP', 'ADDRESS_OF_THAT_MACHINE'); rosinit('{uri}')",
-        "roslibpy: roslibpy.Ros('10.0.0.1', 9091)",
+    monkeypatch.setattr(serve, "unreachable", lambda *_: None)
+    monkeypatch.setattr(serve, "announced_address", lambda *_: "10.0.0.1")
+    told = []
+    for wanted in (Wanted(ros1=True, rosbridge=9091), Wanted()):
+        serve._show_addresses(wanted, lambda *line: told.append(line))
+    assert told == [
+        ("INFO", f"on the other machine, in a shell: export ROS_MASTER_URI={uri} ROS_IP=ADDRESS_OF_THAT_MACHINE"),
+        ("INFO", f"in MATLAB: setenv('ROS_IP', 'ADDRESS_OF_THAT_MACHINE'); rosinit('{uri}')"),
+        ("INFO", "roslibpy: roslibpy.Ros('10.0.0.1', 9091)"),
     ]
-    assert list(serve._to_paste(Wanted(), "10.0.0.1")) == []
 
 
 def test_transports_are_those_that_are_wanted():
