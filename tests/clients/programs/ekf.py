@@ -29,16 +29,22 @@ def predict(now):
 
 
 def on_fix(fix):
-    """Correct by a fix, whose antenna's place is asked of tf."""
-    now = fix.header.stamp.to_sec()
+    """Correct by a fix, whose antenna's place on the boat is asked of tf, and turned by the IMU's heading."""
+    if "imu" not in latest:
+        return
+    now, q = fix.header.stamp.to_sec(), latest["imu"].orientation
+    yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y**2 + q.z**2))
     point = from_degrees(GeoPoint(fix.latitude, fix.longitude, fix.altitude)).map_point
-    buffer.lookup_transform("wamv/base_link", fix.header.frame_id, rospy.Time(0), rospy.Duration(1.0))
+    antenna = buffer.lookup_transform("wamv/base_link", fix.header.frame_id, rospy.Time(0), rospy.Duration(1.0))
+    arm = antenna.transform.translation
+    place = [point.x - math.cos(yaw) * arm.x + math.sin(yaw) * arm.y,
+             point.y - math.sin(yaw) * arm.x - math.cos(yaw) * arm.y]  # fmt: skip
     if "time" not in state:
-        state.update(time=now, place=[point.x, point.y], velocity=[0.0, 0.0], variance=1.0)
+        state.update(time=now, place=place, velocity=[0.0, 0.0], variance=1.0)
         return
     dt = predict(now)
     weight = state["variance"] / (state["variance"] + 0.01)
-    misses = [there - here for there, here in zip((point.x, point.y), state["place"], strict=True)]
+    misses = [there - here for there, here in zip(place, state["place"], strict=True)]
     state["place"] = [p + weight * miss for p, miss in zip(state["place"], misses, strict=True)]
     state["velocity"] = [v + 0.5 * miss / dt for v, miss in zip(state["velocity"], misses, strict=True)]
     state["variance"] *= 1.0 - weight
