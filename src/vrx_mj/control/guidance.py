@@ -248,8 +248,8 @@ class Course:
         turning = allocation(0.0, 0.0, plenty * craft.length).yaw
         self._by_rudder = bool(craft.rudders) and turning < 1e-6 * plenty
         if not self._by_rudder and turning <= 0.0:
-            names = ", ".join(thrusters)
-            raise CommandError(f"this boat cannot turn with {names}: a second engine, a rudder or an angle of 60 degrees is needed")
+            needed = "a second engine, a rudder or an angle of 60 degrees is needed"
+            raise CommandError(f"this boat cannot turn with {', '.join(thrusters)}: {needed}")
         self._fastest = _MAX_YAW_RATE if self._by_rudder else min(_MAX_YAW_RATE, steady_rate(craft.yaw_drag, turning))
         self._heading_rate = min(_HEADING_RATE, 3.0 * self._fastest)
         self._staying = False

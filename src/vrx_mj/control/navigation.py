@@ -171,16 +171,18 @@ class Estimate(Place):
 
 
 class Spin:
-    """Angular velocity at the last reading of a unit whose rates are means since the reading before."""
+    """Angular velocity at the last reading of a unit whose rates are means since the one before, seen or not."""
 
     def __init__(self) -> None:
-        self._time, self._mean, self._now = -math.inf, np.zeros(3), np.zeros(3)
+        self._time, self._interval, self._mean, self._now = -math.inf, math.inf, np.zeros(3), np.zeros(3)
 
     def __call__(self, time: float, mean: FloatArray) -> FloatArray:
         """The rate at the time of a reading [s] by its mean rate [rad/s], (3,): half an interval further on."""
         if time != self._time:
-            known = time - self._time <= _MAX_FIX_GAP
-            self._now = 1.5 * mean - 0.5 * self._mean if known else mean
+            passed = time - self._time
+            self._interval = min(self._interval, passed)  # who looks less often than the unit measures misses some
+            known = passed <= _MAX_FIX_GAP
+            self._now = mean + 0.5 * self._interval / passed * (mean - self._mean) if known else mean
             self._time, self._mean = time, mean
         return self._now
 

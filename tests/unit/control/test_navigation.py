@@ -158,7 +158,8 @@ def test_a_rate_is_that_of_the_moment_though_units_give_means():
     for t, rate in zip((0.2, 0.3), found[1:], strict=True):
         assert rate == pytest.approx(turning + rising * t)
     assert spin(0.3, np.zeros(3)).tolist() == found[2].tolist()  # the same reading
-    assert spin(1.4, means[0]).tolist() == means[0].tolist()
+    assert spin(0.5, turning + rising * 0.45) == pytest.approx(turning + rising * 0.5)  # one was missed
+    assert spin(1.6, means[0]).tolist() == means[0].tolist()
 
 
 @pytest.mark.parametrize(("altitude", "is_antenna"), [(0.2, False), (0.6, False), (0.7, True), (1.2, True)])

@@ -147,5 +147,6 @@ def test_what_turns_the_boat_all_the_time_does_not_turn_it_off_its_heading():
 
 def test_a_boat_that_nothing_turns_is_refused():
     engine = Engine((-1.2, 0.0, 0.0), max_angle=0.0)
-    with pytest.raises(CommandError, match=r"^this boat cannot turn with middle: a second engine, a rudder or an angle of 60 degrees"):
+    message = r"^this boat cannot turn with middle: a second engine, a rudder or an angle of 60 degrees is needed$"
+    with pytest.raises(CommandError, match=message):
         Pilot({"middle": engine})
