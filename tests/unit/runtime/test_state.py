@@ -46,7 +46,10 @@ def test_a_state_is_a_copy(sim, state):
     ("fleet", "parts"),
     [
         (boats((1.0, 0.0, 0.3)), r"the same bodies, but other numbers, shapes or weather"),
-        (boats((1.0, 0.0, 0.3), (9.0, 0.0, 0.3)), r"\d+ numbers of MuJoCo's bodies, not \d+, \d+ bytes of tables, not \d+"),
+        (
+            boats((1.0, 0.0, 0.3), (9.0, 0.0, 0.3)),
+            r"\d+ numbers of MuJoCo's bodies, not \d+, \d+ bytes of tables, not \d+",
+        ),
         (boats((1.0, 0.0, 0.3), thrusters="T"), r"\d+ bytes of tables, not \d+"),
     ],
 )
