@@ -154,9 +154,9 @@ def test_rows_of_a_batch_sail_as_runs_do(sloop):
 
 def test_commands_of_sails_are_angles(sloop):
     sim = sloop()
-    assert set(sim.command_names("s")) == {"main_angle", "rudder_angle", "keel_angle"}
+    assert set(sim.command_names("s")) == {"main_angle", "rudder_angle"}  # a keel is fixed
     assert not sim.observe()["s"].thrusters
-    assert set(sim.observe()["s"].hull.rudders) == {"rudder"}  # a keel steers nothing
+    assert set(sim.observe()["s"].hull.rudders) == {"rudder"}
 
 
 @pytest.mark.parametrize(("keys", "message"), [
