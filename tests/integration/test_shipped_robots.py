@@ -22,6 +22,8 @@ ADRIFT = ("barge_10m", "barge_4m", "cylinder", "sphere")
 SAILING = [robot for robot in ROBOTS if robot not in ADRIFT]
 TURNING = ("otter", "otter_hydro")
 """Robots with Munk's moment and without skegs."""
+FOSSEN = {"mass": 80.0, "center": 0.153125, "added": (5.5, 82.5), "surge": 77.5544, "sway": 162.5, "yaw": 42.65137}
+"""The Otter about its origin, in SI units, of otter.py: place of the centre of mass, added mass, linear damping."""
 FOLDER = root() / "assets" / "robots"
 SYDNEY = {"latitude": -33.724223, "longitude": 150.679736}
 
@@ -78,6 +80,21 @@ def test_a_robot_keeps_its_course_in_profile_marine(robot):
     sim.set_boat("a", velocity=(0.0, 0.01, 0.0, 0.0, 0.0, 0.01))
     sim.step(all_ahead(sim, 1.0), duration=60.0)
     assert abs(sim.observe()["a"].angular_velocity[2]) < 2e-3
+
+
+@pytest.mark.parametrize("robot", TURNING)
+@pytest.mark.parametrize("over", [0.8, 1.2])
+def test_the_otter_keeps_its_course_below_the_speed_of_its_coefficients(robot, over):
+    """Yv (Nr + m xg U) = (m + A11) (A22 - A11) U2 there, with Munk's moment: 1.19 m/s."""
+    mass, (surge, sway) = FOSSEN["mass"], FOSSEN["added"]
+    square, once = (mass + surge) * (sway - surge), FOSSEN["sway"] * mass * FOSSEN["center"]
+    critical = max(np.roots([square, -once, -FOSSEN["sway"] * FOSSEN["yaw"]]))
+    assert critical == pytest.approx(1.188, abs=1e-3)
+    sim = marine(robot, {"model": "none"})
+    sim.set_boat("a", velocity=(over * critical, 0.0, 0.0, 0.0, 0.0, 0.001))
+    sim.step(all_ahead(sim, over * critical * FOSSEN["surge"] / (2.0 * 119.682)), duration=40.0)
+    turn = abs(sim.observe()["a"].angular_velocity[2])
+    assert turn > 2e-3 if over > 1.0 else turn < 2e-4
 
 
 @pytest.mark.parametrize("robot", ROBOTS)

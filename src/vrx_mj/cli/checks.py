@@ -41,7 +41,8 @@ _Helm = Annotated[
 _Amount = Annotated[
     float | None,
     typer.Option(
-        help="Initial displacement of a decay; default: heave 0.1 m, roll 10 degrees, pitch 5 degrees.",
+        help="Initial displacement of a decay; default: heave 0.1 m, at most half the mean draft, roll 10 degrees, "
+        "pitch 5 degrees.",
         callback=above_zero(180.0),
     ),
 ]

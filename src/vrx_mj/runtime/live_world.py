@@ -330,7 +330,7 @@ class LiveWorld:
         """
         if state.world == self.first.sha256 != self.world.sha256:
             raise StateError(f"the state at t = {state.time:g} s has other {self._difference()}, then set_state")
-        state.check(self.world.sha256)
+        state.check(self.world.sha256, self._last_good)
         self.arrays.check(state.mujoco, state.ours)
         self.task_runner.check(state.task)
 

@@ -51,6 +51,10 @@ _SWITCHES = ("held", "fresh")
 """Columns of the tables of state that are 0 or 1."""
 _LOCK = "lock"
 """First word of the name of the equality constraint that holds a boat; the boat's name follows."""
+_STATE_TABLES = tuple(name for name, array in ARRAYS.items() if array.use == STATE)
+"""Names of the tables that change from step to step, in the order of a state's bytes."""
+_CUT = "; it is damaged, or another version of vrx_mj made it: make it again"
+"""What is wrong with a state that has more or less than its world's states."""
 _NEVER = -1.0
 """Time of a touch that did not happen [s]."""
 
@@ -286,7 +290,7 @@ class LoopArrays:
     @property
     def state_tables(self) -> Sequence[Table]:
         """The tables that change from step to step."""
-        return [getattr(self, name) for name, array in ARRAYS.items() if array.use == STATE]
+        return [getattr(self, name) for name in _STATE_TABLES]
 
     @property
     def vrx_only(self) -> bool:
@@ -415,18 +419,21 @@ class LoopArrays:
         """
         needed = mujoco.mj_stateSize(self.model, mujoco.mjtState.mjSTATE_INTEGRATION)
         if len(flat) != needed:
-            raise StateError(f"the state has {len(flat)} numbers of MuJoCo instead of {needed}")
+            raise StateError(f"the state has {len(flat)} numbers of MuJoCo instead of {needed}{_CUT}")
         moving = flat[1 : 1 + self.model.nq + self.model.nv]  # after the time
         if (np.abs(moving) >= MAX_STATE).any():
             raise StateError(f"the state has a position or velocity beyond {MAX_STATE:g}")
         size = sum(table.nbytes for table in self.state_tables)
         if len(block) < size:
-            raise StateError(f"the state has {len(block)} bytes of tables instead of {size}")
-        for name, values in (
-            (name, given[name]) for _, given in self._tables_in(block) for name in given.dtype.names or ()
-        ):
-            if not is_valid_column(name, values, self.followers["waypoint_count"]):
-                raise StateError(f"the state has an invalid {name} in one of its tables")
+            ends = itertools.accumulate(table.nbytes for table in self.state_tables)
+            name = next(name for name, end in zip(_STATE_TABLES, ends, strict=True) if end > len(block))
+            raise StateError(
+                f"the state has {len(block)} bytes of tables instead of {size}: it ends in or before {name}{_CUT}"
+            )
+        for table, (_, given) in zip(_STATE_TABLES, self._tables_in(block), strict=True):
+            for name in given.dtype.names or ():
+                if not is_valid_column(name, given[name], self.followers["waypoint_count"]):
+                    raise StateError(f"the state has an invalid {name} in {table}")
         if not all(np.isfinite(given).all() for _, given in self._tables_in(block) if not given.dtype.names):
             raise StateError("the state has a touch time that is not finite")
         self.sample_clocks.check(block[size:])

@@ -483,6 +483,8 @@ class Simulation(Roster):
             CommandError: it lacks a method of a listener, is already attached, or the rate is not above 0.
         """
         check_listener(listener)
+        if any(one is listener for one in self._sampler.listeners):
+            raise CommandError(f"invalid listener {quote(listener)}: it is already attached")
         if not 0.0 < as_number(rate) < math.inf:
             raise CommandError(f"invalid rate {quote(rate)}: a number of rows per second above 0 is needed")
         self._sampler.add(listener, as_number(rate))

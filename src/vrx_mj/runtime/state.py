@@ -116,8 +116,12 @@ class State:
         digest.update(self.task.encode())
         return digest.hexdigest()
 
-    def check(self, world: str) -> None:
+    def check(self, world: str, like: "State | None" = None) -> None:
         """Check that a run of the world with this fingerprint can continue from this state.
+
+        Args:
+            world: `World.sha256` of that world.
+            like: a state of that world, for an error that names the parts which another world has otherwise.
 
         Raises:
             StateError: the state belongs to another world, to a row of a batch that differs from this world, or to
@@ -137,6 +141,7 @@ class State:
         if self.world != world:
             raise StateError(
                 f"the state belongs to the world {self.world[:12]}, not to this one, {shorten(world[:12])}"
+                f"{self._other_parts(like) if like else ''}; set it in a simulation of its own world"
             )
         if self.varied:
             other = ", ".join(f"{name} {value:.6g}, not {usual:.6g}" for name, (value, usual) in self.varied.items())
@@ -150,6 +155,16 @@ class State:
             raise StateError(f"the state at t = {self.time:g} s is not finite")
         if text := other_physics(self.physics_version):
             warnings.warn(f"the state at t = {self.time:g} s is {text}", VrxWarning, stacklevel=2)
+
+    def _other_parts(self, like: "State") -> str:
+        """What this state has more or less of than one of another world."""
+        sizes = (
+            (len(self.mujoco), len(like.mujoco), "numbers of MuJoCo's bodies"),
+            (self.moving, like.moving, "bytes of tables"),
+            (int(bool(self.task)), int(bool(like.task)), "tasks"),
+        )
+        found = [f"{own} {what}, not {other}" for own, other, what in sizes if own != other]
+        return f", and has {', '.join(found) or 'the same bodies, but other numbers, shapes or weather'}"
 
     def to_bytes(self) -> bytes:
         """The state as one block of bytes for `from_bytes`, without pickle."""

@@ -387,18 +387,19 @@ class Sampler:
         self.table = np.array([0, 0, 0], np.int64)
         self.buffer = np.zeros((0, columns))
         self._timestep = timestep
-        self._strides: dict[Listener, int] = {}
+        self._strides: dict[int, int] = {}
+        self._listeners: dict[int, Listener] = {}  # by identity: a listener need not have a hash
         self._rows = 0
 
     @property
     def listeners(self) -> tuple[Listener, ...]:
         """Listeners that are attached."""
-        return tuple(self._strides)
+        return tuple(self._listeners.values())
 
     def add(self, listener: Listener, rate: float) -> None:
         """Sample `rate` rows per simulated second (at most one per step) for a listener."""
         self.drain()
-        self._strides[listener] = stride_of(rate, self._timestep)
+        self._listeners[id(listener)], self._strides[id(listener)] = listener, stride_of(rate, self._timestep)
         self._begin()
 
     def resize(self, columns: int) -> None:
@@ -409,7 +410,7 @@ class Sampler:
     def remove(self, listener: Listener) -> None:
         """Give it what is left, and stop sampling when nobody listens."""
         self.drain()
-        del self._strides[listener]
+        del self._listeners[id(listener)], self._strides[id(listener)]
         self._begin()
 
     def check_free(self, what: str) -> None:
@@ -428,7 +429,7 @@ class Sampler:
         numbers = np.arange(self._rows, self._rows + filled) * self.table[STRIDE]
         self._rows += filled
         self.table[FILLED] = 0
-        for listener, stride in self._strides.items():
+        for listener, stride in zip(self.listeners, tuple(self._strides.values()), strict=True):
             due = self.buffer[:filled][numbers % stride == 0]
             if len(due):
                 listener.rows(due)

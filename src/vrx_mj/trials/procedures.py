@@ -34,7 +34,9 @@ _CIRCLE_ANGLE = 3.0 * math.pi
 _STEPS = 8
 """Helm settings of a spiral between midships and full helm."""
 MODES = {"heave": 0.1, "roll": math.radians(10.0), "pitch": math.radians(5.0)}
-"""How far a vessel is put aside by default [m], [rad]."""
+"""How far a vessel is put aside by default [m], [rad]; in heave at most half its mean draft."""
+_NUDGE = 1e-3
+"""Heave by which the slope of buoyancy is measured [m]."""
 _UNITS = {"heave": "m", "roll": "rad", "pitch": "rad"}
 _DECAY_STEP = 0.02
 """Time between two states [s]."""
@@ -75,6 +77,10 @@ class Vessel(Protocol):
     @property
     def state(self) -> VesselState:
         """The state now."""
+
+    @property
+    def draft(self) -> float:
+        """Mean draft [m]: the displaced volume over the area of the waterplane."""
 
     def advance(self, power: float, helm: float, duration: float) -> None:
         """Go on for a duration [s] under power -1 to 1 and helm -1 to 1, positive to port."""
@@ -119,6 +125,16 @@ class SimulatedVessel:
             self._sim.time, x, y, z, seen.heading, seen.roll, seen.pitch,
             float(seen.velocity[0]), float(seen.velocity[1]), float(seen.angular_velocity[2]),
         )  # fmt: skip
+
+    @property
+    def draft(self) -> float:
+        """Mean draft [m] where the boat floats now, by the slope of its buoyancy; it is put at rest there."""
+        lifts = []
+        for amount in (_NUDGE, -2.0 * _NUDGE, _NUDGE):
+            self.displace("heave", amount)
+            lifts.append(float(self._sim.forces(self._boat)["hydrostatics"][2]))
+        above, below, here = lifts
+        return here * 2.0 * _NUDGE / (below - above)
 
     def advance(self, power: float, helm: float, duration: float) -> None:
         """Go on for a duration [s].
@@ -467,7 +483,8 @@ def decay(vessel: Vessel, *, mode: str = "roll", amount: float | None = None) ->
     Args:
         vessel: what is tried.
         mode: heave, roll or pitch.
-        amount: how far it is put aside [m] or [rad].
+        amount: how far it is put aside [m] or [rad]; by default 0.1 m, but at most half the mean draft, 10 degrees of
+            roll or 5 of pitch.
 
     Raises:
         CommandError: unknown mode.
@@ -476,7 +493,9 @@ def decay(vessel: Vessel, *, mode: str = "roll", amount: float | None = None) ->
         raise CommandError(f"invalid mode '{mode}': heave, roll or pitch is needed")
     vessel.advance(0.0, 0.0, _REST_TIME)
     still = _value(vessel.state, mode)
-    vessel.displace(mode, MODES[mode] if amount is None else amount)
+    if amount is None:
+        amount = min(MODES[mode], 0.5 * vessel.draft) if mode == "heave" else MODES[mode]
+    vessel.displace(mode, amount)
     states = [vessel.state]
     for _ in range(round(_REST_TIME / _DECAY_STEP)):
         vessel.advance(0.0, 0.0, _DECAY_STEP)

@@ -303,8 +303,13 @@ def test_an_object_that_is_moved_to_other_water_is_not_kicked():
 
 def test_two_listeners_get_rows_at_their_own_rates():
     class Ear:
+        __hash__ = None  # it equals others, too
+
         def __init__(self):
             self.times = []
+
+        def __eq__(self, _other):
+            return True
 
         def rows(self, block):
             self.times += block[:, 0].tolist()
@@ -319,6 +324,8 @@ def test_two_listeners_get_rows_at_their_own_rates():
     slow, fast = Ear(), Ear()
     sim.attach(slow, rate=10)
     sim.attach(fast, rate=20)
+    with pytest.raises(CommandError, match=r"^invalid listener .*: it is already attached$"):
+        sim.attach(fast, rate=5)
     sim.step(duration=1.0)
     sim.detach(fast)
     sim.step(duration=1.0)

@@ -42,13 +42,24 @@ def test_a_state_is_a_copy(sim, state):
     assert state.sha256 == before
 
 
-def test_the_state_of_another_world_is_refused(sim, state):
-    other = simulation(boats((1.0, 0.0, 0.3)))
+@pytest.mark.parametrize(
+    ("fleet", "parts"),
+    [
+        (boats((1.0, 0.0, 0.3)), r"the same bodies, but other numbers, shapes or weather"),
+        (
+            boats((1.0, 0.0, 0.3), (9.0, 0.0, 0.3)),
+            r"\d+ numbers of MuJoCo's bodies, not \d+, \d+ bytes of tables, not \d+",
+        ),
+        (boats((1.0, 0.0, 0.3), thrusters="T"), r"\d+ bytes of tables, not \d+"),
+    ],
+)
+def test_the_state_of_another_world_is_refused_with_the_parts_that_differ(sim, state, fleet, parts):
+    other = simulation(fleet)
     with pytest.raises(StateError) as caught:
         other.set_state(state)
-    assert str(caught.value) == (
-        f"the state belongs to the world {sim.world.sha256[:12]}, not to this one, {other.world.sha256[:12]}"
-    )
+    worlds = f"the world {sim.world.sha256[:12]}, not to this one, {other.world.sha256[:12]}"
+    last = "; set it in a simulation of its own world"
+    assert re.fullmatch(f"the state belongs to {worlds}, and has {parts}{last}", str(caught.value))
 
 
 def test_a_state_of_another_version_is_refused(sim, state):

@@ -7,8 +7,9 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
+import vrx_mj
 from vrx_mj.errors import CommandError
-from vrx_mj.trials import VesselState, crash_stop, decay, pull_out, spiral, turning, zigzag
+from vrx_mj.trials import SimulatedVessel, VesselState, crash_stop, decay, pull_out, spiral, turning, zigzag
 from vrx_mj.trials.procedures import decay_figures
 
 U, K, T = 2.0, 0.2, 3.0
@@ -17,6 +18,8 @@ U, K, T = 2.0, 0.2, 3.0
 
 class Nomoto:
     """T r' + n1 r + n3 r^3 = K helm at a speed that follows power, by the midpoint rule."""
+
+    draft = 1.0
 
     def __init__(self, n1=1.0, n3=0.0, drag=1.0, gain=K):
         self.n1, self.n3, self.drag, self.gain = n1, n3, drag, gain
@@ -198,3 +201,18 @@ def test_a_mode_that_is_not_there():
     with pytest.raises(CommandError) as error:
         decay(Nomoto(), mode="yaw")
     assert str(error.value) == "invalid mode 'yaw': heave, roll or pitch is needed"
+
+
+@pytest.mark.parametrize("robot", ["cylinder", "blueboat"])
+def test_a_boat_is_not_lifted_out_of_the_water_by_default(robot):
+    """The heave is 0.1 m, or half the mean draft: m / (rho A) of the upright cylinder is 0.5 m."""
+    fleet = {"robot": robot, "sensors": "none", "boats": [{"name": "a", "pose": [0.0] * 6}]}
+    world = {"physics": {"profile": "marine"}, "sea": {"model": "none"}, "wind": {"objects": []}}
+    sim = vrx_mj.Simulation(vrx_mj.compile_world(world, fleet=fleet))
+    sim.step({}, duration=10.0)
+    vessel = SimulatedVessel(sim, "a")
+    weight = -sim.forces("a")["gravity"][2]
+    if robot == "cylinder":
+        assert vessel.draft == pytest.approx(0.5, rel=1e-3)
+    vessel.displace("heave", min(0.1, 0.5 * vessel.draft))
+    assert 0.4 < sim.forces("a")["hydrostatics"][2] / weight < 0.9
