@@ -128,13 +128,13 @@ class SimulatedVessel:
 
     @property
     def draft(self) -> float:
-        """Mean draft [m] where the boat floats now, by the slope of its buoyancy; it is put at rest there."""
+        """Mean draft [m] where the boat floats, by the slope of its buoyancy, infinite without; it is put at rest."""
         lifts = []
         for amount in (_NUDGE, -2.0 * _NUDGE, _NUDGE):
             self.displace("heave", amount)
             lifts.append(float(self._sim.forces(self._boat)["hydrostatics"][2]))
         above, below, here = lifts
-        return here * 2.0 * _NUDGE / (below - above)
+        return here * 2.0 * _NUDGE / (below - above) if below > above else math.inf
 
     def advance(self, power: float, helm: float, duration: float) -> None:
         """Go on for a duration [s].

@@ -216,3 +216,10 @@ def test_a_boat_is_not_lifted_out_of_the_water_by_default(robot):
         assert vessel.draft == pytest.approx(0.5, rel=1e-3)
     vessel.displace("heave", min(0.1, 0.5 * vessel.draft))
     assert 0.4 < sim.forces("a")["hydrostatics"][2] / weight < 0.9
+
+
+def test_a_boat_in_the_air_has_no_draft():
+    world = {"physics": {"profile": "marine"}, "sea": {"model": "none"}}
+    sim = vrx_mj.Simulation(vrx_mj.compile_world(world, fleet={"robot": "cylinder", "sensors": "none"}))
+    sim.set_boat("wamv", pose=[0.0, 0.0, 50.0, 0.0, 0.0, 0.0])
+    assert SimulatedVessel(sim, "wamv").draft == math.inf
