@@ -1,4 +1,4 @@
-"""Constants of time, and of VRX's physics. Its four values of g differ, and each is kept where VRX uses it."""
+"""Constants of names, time and VRX's physics. Its four values of g differ, and each is kept where VRX uses it."""
 
 PHYSICS_VERSION = 2
 """Rises when equal worlds, seeds and commands give other bits than before.
@@ -34,3 +34,6 @@ SHORTEST_STEP, LONGEST_STEP = 1e-6, 0.02
 
 EARLY = 1e-6
 """Tolerance with which a time counts as reached [s]: time is a sum of steps, each rounded, 1e-8 s off after 700 s."""
+
+ANGLE_SUFFIX = "_angle"
+"""Suffix of the command that turns a thruster, a rudder or a sail: `left_angle` turns `left`."""

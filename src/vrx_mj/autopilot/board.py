@@ -16,13 +16,13 @@ import numpy as np
 from vrx_mj.arguments import check_name
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import ImuConfig
+from vrx_mj.constants import ANGLE_SUFFIX
 from vrx_mj.errors import CommandError
 from vrx_mj.frames import quaternion_product, rotation_matrix
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Thruster
 from vrx_mj.physics.tables import BLADES
 from vrx_mj.runtime.battery import Charge
-from vrx_mj.runtime.commands import ANGLE_SUFFIX
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.sensors.instruments import Draw, apparent_wind, inertia
 from vrx_mj.sensors.readings import Mount, Place, place_of_mount

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
+from vrx_mj.constants import ANGLE_SUFFIX
 from vrx_mj.control.navigation import Estimate
 
 if TYPE_CHECKING:
@@ -110,7 +111,7 @@ class Allocation:
             thruster, (along, *across) = self._thrusters[name], forces[own].tolist()
             if across:
                 angle, along = _angle_and_force(along, across[0], thruster.max_angle)
-                commands[f"{name}_angle"] = angle
+                commands[name + ANGLE_SUFFIX] = angle
             commands[name] = thruster.command(along)
         return Thrust(commands, float(given[0]), float(given[1]), float(given[2]))
 
@@ -221,7 +222,7 @@ class Craft:
             arm = self.centre - rudder.position[0]
             slope = arm * rudder.force_slope(speed, thrust) * len(self.rudders)
             angle = -moment / slope if abs(slope) > _MIN_RUDDER_SLOPE else 0.0
-            commands[f"{name}_angle"] = clamp(angle, rudder.max_angle)
+            commands[name + ANGLE_SUFFIX] = clamp(angle, rudder.max_angle)
         return commands
 
     def top_speed(self, force: float) -> float:

@@ -27,6 +27,7 @@ from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.config.tree import Section
 from vrx_mj.config.weather import WindageConfig
+from vrx_mj.constants import ANGLE_SUFFIX
 from vrx_mj.errors import CompileError, ConfigError, Problem, UnknownNameError
 from vrx_mj.formats.urdf.model import ZERO, Gazebo, Inertial, Joint, Urdf, UrdfThruster
 from vrx_mj.frames import Pose, apply, compose, facing, inverse, rotation
@@ -99,8 +100,9 @@ def _steering_joints(
         if name not in thrusters and not config.layouts:
             raise own_problem(urdf, f"propellers.{name}", str(UnknownNameError("thruster", name, thrusters)))
     for name in wanted:
-        if f"{name}_angle" in wanted:
-            message = f"duplicate name '{name}_angle': a thruster, and the command that steers the thruster '{name}'"
+        steering = name + ANGLE_SUFFIX
+        if steering in wanted:
+            message = f"duplicate name '{steering}': a thruster, and the command that steers the thruster '{name}'"
             raise ConfigError([Problem(urdf.label, None, None, "", message)])
     return wanted
 

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 from typing import Any, NamedTuple, cast
 
 from vrx_mj.arrays import FloatArray
+from vrx_mj.constants import ANGLE_SUFFIX
 from vrx_mj.errors import RecordError
 from vrx_mj.frames import rotation_matrix
 from vrx_mj.recording.boat_sets import BoatSet, columns_in
@@ -22,7 +23,6 @@ from vrx_mj.ros.parameters import command_topic
 from vrx_mj.ros.table import make_tables
 from vrx_mj.ros.table.boats import description
 from vrx_mj.ros.table.host import Bodies, Host, Scenery, odometry
-from vrx_mj.runtime.commands import ANGLE_SUFFIX
 from vrx_mj.runtime.observation import BoatObservation, Observation
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State

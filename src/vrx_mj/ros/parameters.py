@@ -7,14 +7,13 @@ from xmlrpc.client import Binary, DateTime
 
 import numpy as np
 
+from vrx_mj.constants import ANGLE_SUFFIX
 from vrx_mj.errors import CommandError
 
 _DEEPEST_VALUE = 32
 """Largest depth of lists and structures in a value."""
 _INTEGERS = range(-(2**31), 2**31)
 """Integers of XML-RPC."""
-_ANGLE = "_angle"
-"""Suffix of the command of an engine's angle."""
 MAX_NAME = 1024
 """Longest name [characters]."""
 _LEGAL = re.compile(r"[~/A-Za-z][A-Za-z0-9_/]*\Z")
@@ -56,7 +55,7 @@ def resolve(name: str, node: str) -> str:
 
 def command_topic(boat: str, command: str) -> str:
     """VRX's topic of a command of a boat, `/wamv/thrusters/left_thrust_cmd` for `left`."""
-    thruster = command.removesuffix(_ANGLE)
+    thruster = command.removesuffix(ANGLE_SUFFIX)
     return f"/{boat}/thrusters/{thruster}{'_thrust_cmd' if thruster == command else '_thrust_angle'}"
 
 

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from vrx_mj.arguments import as_number, check_name
+from vrx_mj.constants import ANGLE_SUFFIX
 from vrx_mj.errors import CommandError, quote
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Thruster
@@ -14,8 +15,6 @@ from vrx_mj.runtime.loop_arrays import LoopArrays
 Commands = Mapping[str, Mapping[str, float]]
 """Boat -> {thruster: command, or thruster_angle: rad}."""
 
-ANGLE_SUFFIX = "_angle"
-"""Suffix of a thruster's name in the command of its angle."""
 _EXAMPLE = 'as in {"wamv1": {"left": 0.5, "left_angle": 0.1}}'
 """Example of commands, in messages."""
 

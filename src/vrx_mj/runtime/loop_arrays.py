@@ -51,7 +51,7 @@ _SWITCHES = ("held", "fresh")
 """Columns of the tables of state that are 0 or 1."""
 _LOCK = "lock"
 """First word of the name of the equality constraint that holds a boat; the boat's name follows."""
-_STATE_TABLES = tuple(name for name, array in ARRAYS.items() if array.use == STATE)
+STATE_TABLES = tuple(name for name, array in ARRAYS.items() if array.use == STATE)
 """Names of the tables that change from step to step, in the order of a state's bytes."""
 _CUT = "; it is damaged, or another version of vrx_mj made it: make it again"
 """What is wrong with a state that has more or less than its world's states."""
@@ -290,7 +290,7 @@ class LoopArrays:
     @property
     def state_tables(self) -> Sequence[Table]:
         """The tables that change from step to step."""
-        return [getattr(self, name) for name in _STATE_TABLES]
+        return [getattr(self, name) for name in STATE_TABLES]
 
     @property
     def vrx_only(self) -> bool:
@@ -426,11 +426,11 @@ class LoopArrays:
         size = sum(table.nbytes for table in self.state_tables)
         if len(block) < size:
             ends = itertools.accumulate(table.nbytes for table in self.state_tables)
-            name = next(name for name, end in zip(_STATE_TABLES, ends, strict=True) if end > len(block))
+            name = next(name for name, end in zip(STATE_TABLES, ends, strict=True) if end > len(block))
             raise StateError(
                 f"the state has {len(block)} bytes of tables instead of {size}: it ends in or before {name}{_CUT}"
             )
-        for table, (_, given) in zip(_STATE_TABLES, self._tables_in(block), strict=True):
+        for table, (_, given) in zip(STATE_TABLES, self._tables_in(block), strict=True):
             for name in given.dtype.names or ():
                 if not is_valid_column(name, given[name], self.followers["waypoint_count"]):
                     raise StateError(f"the state has an invalid {name} in {table}")

@@ -20,10 +20,10 @@ from vrx_mj.mjcf.objects import ball_names
 from vrx_mj.mjcf.pieces import owner_of
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.live_world import FreeBodies, LiveWorld, loop_arrays_of
-from vrx_mj.runtime.loop_arrays import MODEL_ARRAYS, OPTIONS, LoopArrays, memories_of
+from vrx_mj.runtime.loop_arrays import MODEL_ARRAYS, OPTIONS, STATE_TABLES, LoopArrays, memories_of
 from vrx_mj.runtime.stepping_models import fitting
 from vrx_mj.runtime.turns import Turn, in_turn
-from vrx_mj.runtime.views import ARRAYS, STATE
+from vrx_mj.runtime.views import ARRAYS
 from vrx_mj.sensors.displays import MARK_COUNTS
 
 _MODEL_ROWS = {"body": "bodies", "jnt": "joints", "dof": "dofs", "qpos0": "qpos", "eq": "equalities"}
@@ -35,8 +35,6 @@ _ROWS = {name: array.rows for name, array in ARRAYS.items() if array.rows} | {
 """What the rows of other arrays are of; no row of an array that is not listed belongs to anything that can leave."""
 _DATA_ARRAYS = ("qacc_warmstart", "qfrc_applied", "xfrc_applied", "eq_active")
 """Arrays of MuJoCo's data that are kept beside positions and velocities."""
-_STATE_TABLES = tuple(name for name, array in ARRAYS.items() if array.use == STATE)
-"""The tables that change."""
 _WORLD_SUMS = ("body_subtreemass",)
 """Arrays of the model in which a new part also counts for the world."""
 
@@ -115,7 +113,7 @@ def _carry(old: LoopArrays, new: LoopArrays, stay: Mapping[str, BoolArray]) -> N
             _fill(getattr(new.model, name), getattr(old.model, name), stay.get(_MODEL_ROWS.get(name.split("_")[0], "")))
     for name in _DATA_ARRAYS:
         _fill(getattr(new.data, name), getattr(old.data, name), stay.get(_ROWS.get(name, "")))
-    for name in _STATE_TABLES:
+    for name in STATE_TABLES:
         _fill(getattr(new, name), getattr(old, name), stay.get(_ROWS.get(name, "")))
     new.refresh()
     new.data.time = old.data.time

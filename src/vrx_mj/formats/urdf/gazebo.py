@@ -10,6 +10,7 @@ from pydantic import ValidationError
 from vrx_mj.config.dynamics import HullConfig, HydrodynamicsConfig, ThrusterConfig
 from vrx_mj.config.robots import ChannelEntry, RudderEntry, SailEntry
 from vrx_mj.config.tree import choice
+from vrx_mj.constants import ANGLE_SUFFIX
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.urdf.elements import FIELDS, Findings, Node, Tag, Values, numbers_of
 from vrx_mj.formats.urdf.gazebo_sensors import INSTRUMENTS, TABLES, Scope, plugin_kind, read_instrument, read_sensor
@@ -129,8 +130,8 @@ def with_channels(
     `turned` are names of what turns on other joints.
     """
     found = [_with_limits(item, {one.joint: one for one in controls}) for item in thrusters]
-    commands = {joint: f"{name}_angle" for joint, name in turned.items()}
-    commands |= {item.engine_joint: f"{item.name}_angle" for item in thrusters}
+    commands = {joint: name + ANGLE_SUFFIX for joint, name in turned.items()}
+    commands |= {item.engine_joint: item.name + ANGLE_SUFFIX for item in thrusters}
     commands |= {item.propeller_joint: item.name for item in thrusters}
     channels = {}
     for one in controls:

@@ -10,6 +10,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.fleet import BoatConfig
+from vrx_mj.constants import ANGLE_SUFFIX
 from vrx_mj.control.navigation import Localizer, Located, truly_located
 from vrx_mj.drive.pilot import Wheel, engine_commands, engines_of
 from vrx_mj.errors import CommandError, ConfigError, VrxError
@@ -25,7 +26,6 @@ from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.parameters import command_topic
 from vrx_mj.ros.table.host import Host, header
 from vrx_mj.ros.table.viewers import with_meshes_inside
-from vrx_mj.runtime.commands import ANGLE_SUFFIX
 from vrx_mj.runtime.hull import Propeller
 from vrx_mj.runtime.observation import Observation
 
