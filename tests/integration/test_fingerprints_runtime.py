@@ -1,5 +1,7 @@
 """What happens in a run besides sailing: touches, boats that come and go, states, rows of batches, as it was before."""
 
+import math
+
 import numpy as np
 
 import vrx_mj
@@ -50,7 +52,8 @@ class Run:
         self.moments += 1
 
 
-def test_boats_that_touch_come_and_go_do_as_before():
+def test_boats_that_touch_come_and_go_do_as_before(monkeypatch):
+    monkeypatch.setattr("vrx_mj.runtime.live_world._DRAIN_PERIOD", math.inf)  # of wall time
     sim = vrx_mj.Simulation(world_of("pond"), seed=4)
     run = Run("pond", sim)
     run.look()

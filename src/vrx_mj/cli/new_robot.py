@@ -60,8 +60,8 @@ def simplify(corners: FloatArray) -> FloatArray:
         return corners
     points, named = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
     size, middle, found, share = np.ptp(points, axis=0), points.mean(axis=0), corners, 1.0 / 200.0
-    order = np.argsort(-np.linalg.norm((points - middle) / size, axis=1))
-    points, faces = points[order], np.argsort(order)[named.reshape(-1, 3)]
+    order = np.argsort(-np.linalg.norm((points - middle) / size, axis=1), kind="stable")
+    points, faces = points[order], np.argsort(order, kind="stable")[named.reshape(-1, 3)]
     while len(found) > _MOST_TRIANGLES:
         share *= 1.2
         cells = np.round(points / (share * size))

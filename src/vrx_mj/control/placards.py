@@ -210,7 +210,7 @@ def _on_a_line(level: FloatArray) -> BoolArray:
 
     Lines are tried through pairs of points that are far apart in the order of their direction from the boat.
     """
-    order = np.argsort(np.arctan2(level[:, 1], level[:, 0]))
+    order = np.argsort(np.arctan2(level[:, 1], level[:, 0]), kind="stable")
     picked = level[order[np.linspace(0, len(level) - 1, min(len(level), _PLANE_SAMPLES)).round().astype(int)]]
     best = np.zeros(len(level), bool)
     for row, one in enumerate(picked):

@@ -170,7 +170,7 @@ def draw_surfaces(axes: Axes, view: View, boat: _Shaded) -> None:
     normal = normals_of(triangles)
     facing = view.side * normal[:, view.depth] / np.maximum(np.linalg.norm(normal, axis=1), 1e-12)
     light = np.clip(light + 0.12 * facing, 0.0, 1.0)
-    order = np.argsort(view.side * triangles[:, :, view.depth].mean(axis=1))
+    order = np.argsort(view.side * triangles[:, :, view.depth].mean(axis=1), kind="stable")
     order = order[facing[order] > 0.0]
     color = np.repeat(light[order, None], 3, axis=1)
     flat = triangles[order][:, :, [view.right, view.up]]

@@ -166,7 +166,7 @@ class _Hull:
 def _hulls(wet: FloatArray) -> Iterator[_Hull]:
     """The hulls side by side of wet triangles (n, 3, 3): those between which no wet part is."""
     low, high = wet[:, :, 1].min(axis=1), wet[:, :, 1].max(axis=1)
-    order = np.argsort(low)
+    order = np.argsort(low, kind="stable")
     gaps = low[order][1:] > np.maximum.accumulate(high[order])[:-1] + 1e-6
     for part in np.split(order, np.flatnonzero(gaps) + 1):
         yield _hull(wet[part])
