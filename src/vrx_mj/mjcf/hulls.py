@@ -210,21 +210,30 @@ def warn_if_rough(boat: Boat, vessel: Vessel | None, sea: Sea, timestep: float) 
         fades = f"fades to 5 % in {_DECAY_TIMES / slowest:.3g} s" if slowest > _MAX_GROWTH else "does not fade"
         notes.append(f"a sea that is there from the start makes it swing, which {fades}: give the sea a `ramp`")
     speed = _MAX_FROUDE * math.sqrt(_GRAVITY * vessel.length)
-    gain = 0.0 if vessel.memory else _gain(vessel, body, stiffness, speed, timestep)
-    if gain > _MAX_ENERGY_GAIN:
+    growth, gain = (0.0, 0.0) if vessel.memory else _growth(vessel, body, stiffness, speed, timestep)
+    at_speed = f"at {speed:.3g} m/s, a Froude number of {_MAX_FROUDE:g}"
+    if growth > _MAX_GROWTH:
+        notes.append(
+            f"{at_speed}, a small heave, roll or pitch grows at {growth:.3g} 1/s, as Munk's moment is larger than what "
+            "rights it: if fins hold it, `munk: false` leaves that moment out"
+        )
+    elif gain > _MAX_ENERGY_GAIN:
         grows = f"{100.0 * gain:.3g} %" if gain < 10.0 else "over 1,000 %"
         notes.append(
-            f"at {speed:.3g} m/s, a Froude number of {_MAX_FROUDE:g}, steps of {timestep:g} s add {grows} a minute to "
-            "the energy of heave, roll or pitch, before damping: increase its damping, or use a shorter `timestep`"
+            f"{at_speed}, steps of {timestep:g} s add {grows} a minute to the energy of heave, roll or pitch, before "
+            "damping: increase its damping, or use a shorter `timestep`"
         )
     if notes:
         warnings.warn(f"robot {boat.name}: {'; '.join(notes)}", VrxWarning, stacklevel=4)
 
 
-def _gain(vessel: Vessel, body: MassProperties, stiffness: FloatArray, speed: float, timestep: float) -> float:
-    """Share of its energy that heave, roll and pitch gain in a minute at a speed ahead [m/s] by the length of the step.
+def _growth(
+    vessel: Vessel, body: MassProperties, stiffness: FloatArray, speed: float, timestep: float
+) -> tuple[float, float]:
+    """Rate [1/s] at which heave, roll and pitch grow at a speed ahead [m/s], and what the length of the step adds.
 
-    Of v' = v + dt a(v, s), s' = s + dt v', the scheme of the loop, less what the differential equations gain.
+    That is a share of its energy in a minute, by the loop's scheme of v' = v + dt a(v, s), s' = s + dt v', less what
+    the differential equations gain.
     """
     added, damping = np.array(vessel.added_mass), np.array(vessel.damping)
     tilted = np.zeros((6, 6))
@@ -239,7 +248,8 @@ def _gain(vessel: Vessel, body: MassProperties, stiffness: FloatArray, speed: fl
     exact = np.linalg.eigvals(np.block([[none, one], [pose, velocity]])).real.max()
     after = np.hstack([timestep * pose, one + timestep * velocity])
     stepped = np.abs(np.linalg.eigvals(np.vstack([np.hstack([one, none]) + timestep * after, after]))).max()
-    return math.expm1(min(120.0 * (math.log(stepped) / timestep - max(float(exact), 0.0)), 100.0))
+    growth = max(float(exact), 0.0)
+    return growth, math.expm1(min(120.0 * (math.log(stepped) / timestep - growth), 100.0))
 
 
 def _stiffness_at_rest(
@@ -399,6 +409,10 @@ def _mesh(boat: Boat, config: MarineHullConfig, point: FloatArray, density: floa
         raise VrxError(f"robot {boat.name} {fault}")
     rest = flotation(corners, body.mass / density)
     points, triangles = panels_of(corners)
+    if len(triangles) > MOST_TRIANGLES // 2:
+        slow = f"its hull is divided into {len(triangles):,} triangles, and every step visits each"
+        faster = "a mesh whose long round parts have fewer sides is faster"
+        warnings.warn(f"robot {boat.name}: {slow}; {faster}", VrxWarning, stacklevel=2)
     return rest, {
         "hydrostatics": MESH,
         "vertices": nested_tuples(points),

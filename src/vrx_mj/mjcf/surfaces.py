@@ -9,6 +9,7 @@ import numpy as np
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.config.shapes import normals_of
 from vrx_mj.errors import VrxError
+from vrx_mj.model.boats import MOST_TRIANGLES
 
 _MOST_TRIANGLES = 20_000
 """Largest number of triangles of a mesh that is searched for crossings."""
@@ -248,12 +249,21 @@ def panels_of(corners: FloatArray) -> tuple[FloatArray, IntArray]:
     An edge is halved that is a triangle's longest, longer than a part of `_PARTS`, and longer than that of `MIN_PANELS`
     equal triangles of the same area, right-angled with two equal sides. It is halved in both triangles that have it, so
     that the surface stays closed. Of a surface that is the same to port and to starboard, or ahead and astern, but
-    whose triangles are not, one half is divided and mirrored, so that waves from ahead do not push it aside.
+    whose triangles are not, one half is divided and mirrored, so that waves from ahead do not push it aside. Edges are
+    longer where there would be more than `MOST_TRIANGLES`: long narrow ones become many.
     """
-    points, triangles = _merge_points(corners)
-    across = normals_of(corners)
-    equal = 2.0 * math.sqrt(0.5 * float(np.linalg.norm(across, axis=1).sum()) / MIN_PANELS)
-    longest = max(equal, float(np.ptp(points, axis=0).max()) / _PARTS)
+    merged = _merge_points(corners)
+    area = 0.5 * float(np.linalg.norm(normals_of(corners), axis=1).sum())
+    longest = max(2.0 * math.sqrt(area / MIN_PANELS), float(np.ptp(merged[0], axis=0).max()) / _PARTS)
+    while len((found := _panels(corners, *merged, longest))[1]) > MOST_TRIANGLES:
+        longest *= 2.0
+    return found
+
+
+def _panels(
+    corners: FloatArray, points: FloatArray, triangles: IntArray, longest: float
+) -> tuple[FloatArray, IntArray]:
+    """As `panels_of`, for the longest edge [m]."""
     found, even = (_divide(points, triangles, longest, even=choice) for choice in (False, True))
     axes = [axis for axis in (1, 0) if _same_surface(*_halves(corners, axis)) and not _is_mirrored(*found, axis)]
     if not axes:

@@ -21,9 +21,9 @@ SHORT = {"model": "regular", "height": 0.02, "period": 0.7}
 LONG = {"model": "regular", "height": 0.05, "period": 2.0}
 
 
-def said(folder, hull, sea, **physics):
+def said(folder, hull, sea, *, added=ADDED, **physics):
     (folder / "box.urdf").write_text(URDF, encoding="utf-8")
-    text = f"urdf: box.urdf\nhull: {{{ADDED}, {hull}}}\nthrusters: {{main: {{propeller: screw, mapping: linear}}}}\n"
+    text = f"urdf: box.urdf\nhull: {{{added}, {hull}}}\nthrusters: {{main: {{propeller: screw, mapping: linear}}}}\n"
     (folder / "box.yaml").write_text(text, encoding="utf-8")
     world = {"physics": {"profile": "marine", **physics}, "sea": sea, "wind": {"objects": []}}
     with warnings.catch_warnings(record=True) as caught:
@@ -62,6 +62,22 @@ def test_a_shorter_step_adds_less(tmp_path):
         (text,) = said(tmp_path, FREE, {"model": "none"}, timestep=timestep)
         gains.append(float(text.partition(" add ")[2].partition(" %")[0]) / 100.0)
     assert np.log1p(gains[1]) == pytest.approx(0.5 * np.log1p(gains[0]), rel=0.03)
+
+
+@pytest.mark.parametrize(("share", "munk"), [(0.97, True), (1.03, True), (1.03, False)])
+def test_munks_moment_in_pitch_is_told_of_where_it_is_larger_than_what_rights_the_hull(tmp_path, share, munk):
+    draft, speed = 60.0 / (1025.0 * 1.2 * 0.5), 0.4 * np.sqrt(9.81 * 1.2)
+    metacentre = 1.2**2 / (12.0 * draft) + 0.5 * draft - 0.2  # over the middle, where the centre of mass is
+    heave = 3.0 + share * 60.0 * 9.81 * metacentre / speed**2
+    hull = f"{FREE}, munk: {str(munk).lower()}"
+    found = said(tmp_path, hull, {"model": "none"}, added=ADDED.replace("60,", f"{heave},"))
+    assert any("Munk's moment" in text for text in found) == (share > 1.0 and munk), found
+
+
+def test_a_hull_of_many_triangles_is_told_to_be_slow(tmp_path):
+    floats = ", ".join(f"{{type: cylinder, radius: 0.15, length: 3, pose: [0, {y}, 0, 0, 90, 0]}}" for y in (-1, 1))
+    texts = said(tmp_path, f"{DAMPED}, shapes: [{floats}]", {"model": "none"})
+    assert any("triangles, and every step visits each; a mesh whose long round parts have" in text for text in texts)
 
 
 @pytest.mark.parametrize("munk", [False, True])

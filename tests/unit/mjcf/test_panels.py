@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from unit.physics.test_panels import barge, off
 from vrx_mj.mjcf.flotation import flotation_at
 from vrx_mj.mjcf.surfaces import MIN_PANELS, panels_of
+from vrx_mj.model.boats import MOST_TRIANGLES
 
 
 def edges(triangles):
@@ -72,3 +73,12 @@ def test_a_mesh_that_is_fine_enough_stays():
     points, triangles = panels_of(vertices[faces])
     assert len(triangles) == len(faces)
     assert points[triangles] == pytest.approx(vertices[faces], abs=1e-8)
+
+
+def test_of_long_narrow_triangles_there_are_no_more_than_a_hull_may_have():
+    pontoon = np.array(trimesh.creation.cylinder(0.2, 3.0, sections=64).triangles)
+    corners = np.concatenate([pontoon, np.add(pontoon, (0.0, 1.8, 0.0))])
+    points, triangles = panels_of(corners)
+    assert len(corners) < len(triangles) <= MOST_TRIANGLES
+    assert set(edges(triangles).values()) == {1}
+    assert flotation_at(points[triangles], 100.0).volume == pytest.approx(flotation_at(corners, 100.0).volume)
