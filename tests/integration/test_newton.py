@@ -47,6 +47,10 @@ def step_and_compare(sim, boat="a"):
     """What `forces` says before a step, and the rate of momentum in it."""
     before = sim.data.qpos.copy(), sim.data.qvel.copy()
     forces = sim.forces(boat)
+    mujoco.mj_kinematics(sim.model, sim.data)
+    mujoco.mj_comPos(sim.model, sim.data)
+    root = sim.model.body(f"{boat}/base_link").id
+    assert forces.center == pytest.approx(sim.data.subtree_com[root], abs=1e-12 * np.abs(before[0]).max())
     sim.advance(1)
     return forces, momentum_rate(sim, before, sim.data.qacc.copy(), boat)
 

@@ -25,8 +25,12 @@ _APPLIED_ARRAYS = ("xfrc_applied", "qfrc_applied")
 class Forces(dict[str, FloatArray]):
     """Name of an effect -> (6,): force [N] and torque [N m], world axes, about the boat's centre of mass."""
 
-    def __init__(self, outside: Mapping[str, FloatArray], inertial: Mapping[str, FloatArray]) -> None:
+    def __init__(
+        self, outside: Mapping[str, FloatArray], inertial: Mapping[str, FloatArray], center: FloatArray
+    ) -> None:
         super().__init__(outside)
+        self.center = center
+        """Place of the centre of mass (3,) [m], world frame."""
         self.inertial = dict(inertial)
         """Effects of the boat's own acceleration, which act like more mass."""
 
@@ -58,7 +62,7 @@ def boat_forces(arrays: LoopArrays, run_copy: RunCopy, index: int, time: float) 
     hull = arrays.hulls[index]
     body = motion(arrays.data.qpos, arrays.data.qvel, int(hull["qpos"]), int(hull["dof"]))
     mass, center = _boat_center(arrays, hull, body)
-    lever = tuple(rotate(body, hull["link_com"]) - center)
+    lever, place = tuple(rotate(body, hull["link_com"]) - center), center + np.array(body[:3])
 
     def about_center(wrench: Wrench) -> FloatArray:
         return np.array(shift(wrench, lever))
@@ -75,9 +79,9 @@ def boat_forces(arrays: LoopArrays, run_copy: RunCopy, index: int, time: float) 
     outside = {
         "gravity": mass * np.array([*arrays.model.opt.gravity, 0.0, 0.0, 0.0]),
         **{name: about_center(wrench) for name, wrench in acting.items()},
-        "contact": _contacts(arrays, int(hull["body"]), center + np.array(body[:3])),
+        "contact": _contacts(arrays, int(hull["body"]), place),
     }
-    return Forces(outside, {"added_mass": about_center(_added_mass(arrays, hull, body, bias))})
+    return Forces(outside, {"added_mass": about_center(_added_mass(arrays, hull, body, bias))}, place)
 
 
 def _thrusts(arrays: LoopArrays, hull: Record, body: Motion, states: Table) -> dict[str, Wrench]:

@@ -320,9 +320,9 @@ class Simulation(Roster):
     def forces(self, boat: str) -> Forces:
         """Forces on a boat in the next step, by name of the effect: force and torque, (6,).
 
-        Forces [N] and torques [N m] are in world axes, about the boat's centre of mass. Their sum is all
-        external loads except contacts; inertial effects are in `.inertial`. UnknownNameError if no
-        boat has that name.
+        Forces [N] and torques [N m] are in world axes, about the boat's centre of mass, `.center`. `.total` is their
+        sum, all that acts from outside; `hydrostatics` is buoyancy, `gravity` the weight, and `contact` that of the
+        last step. Inertial effects are in `.inertial`. UnknownNameError if no boat has that name.
         """
         check_name("boat", boat, self.boats)
         return boat_forces(self._live.arrays, self._live.run_copy(), self.boats.index(boat), self.time)
