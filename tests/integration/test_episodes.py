@@ -69,6 +69,24 @@ def test_every_episode_has_a_sea_of_its_own_and_is_told_of_it(problem):
     assert not np.array_equal(env.reset(seed=3)[1]["wave_phase"], info["wave_phase"])
 
 
+def test_what_a_problem_varies_at_the_start_acts_in_that_episode_which_has_its_own_seed(monkeypatch):
+    class Breezy(PROBLEMS["StationKeeping"]):
+        def start(self, row, random):
+            self.rows.vary(rows=[row], parameters={"wind.mean": 2.0 + row})
+            return super().start(row, random)
+
+        def __init__(self, rows):
+            super().__init__(rows)
+            self.rows = rows
+
+    monkeypatch.setitem(PROBLEMS, "StationKeeping", Breezy)
+    env = VectorEnv("StationKeeping", 3)
+    env.reset(seed=5)
+    batch = env._core.batch
+    assert batch.wind[:, 0] == pytest.approx([2.0, 3.0, 4.0])
+    assert len({*batch.seeds.tolist(), batch.world.seed}) == 4
+
+
 def test_a_row_is_told_what_an_environment_alone_is_told():
     many, alone = VectorEnv("Wayfinding", 2, duration=0.2, **DRAWN), Env("Wayfinding", duration=0.2, **DRAWN)
     rows, own = many.reset(seed=4)[1], alone.reset(seed=4)[1]

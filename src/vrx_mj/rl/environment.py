@@ -116,12 +116,11 @@ class Roster(RowArrays):
         self.present = np.zeros(shape, np.bool_)
         self._joins, self._leaves = np.zeros(shape, np.int64), np.full(shape, _NEVER)
 
-    def begin(self, rows: IntArray, random: _Random) -> None:
-        """Draw who is there from the start of an episode, and put the boats of these rows where they belong.
+    def begin(self, rows: IntArray, random: _Random, spots: Sequence[Sequence[Spot]]) -> None:
+        """Draw who is there from the start of an episode, and put the boats of these rows at their spots.
 
         A boat that joins does so in the first half of an episode, one that leaves in the second; the anchor stays.
         """
-        spots = [self._problem.start(row, own) for row, own in zip(rows.tolist(), random, strict=True)]
         if self._moving is not None:
             for row, own in zip(rows.tolist(), random, strict=True):
                 self._draw(row, own, *self._moving)
@@ -236,10 +235,11 @@ class Episodes:
         """Begin episodes in rows."""
         random, batch, roster = self._generators.of(rows), self._batch, self._roster
         self._variety.draw(rows, random)
-        batch.reset(rows, seed=[int(own.integers(2**31)) for own in random])
-        company = self._neighbours is not None
+        seeds, company = [int(own.integers(2**31)) for own in random], self._neighbours is not None
         keys = np.array([own.integers(2**64, dtype=np.uint64) for own in random if company], np.uint64)
-        roster.begin(rows, random)
+        spots = [self._problem.start(row, own) for row, own in zip(rows.tolist(), random, strict=True)]
+        batch.reset(rows, seed=seeds)
+        roster.begin(rows, random, spots)
         team, begun = team_of(batch.features, batch.wind, roster.present.copy()), np.zeros_like(roster.present)
         begun[rows] = True
         self._problem.begin(team.present & begun, team)

@@ -270,7 +270,7 @@ class Problem(RowArrays, ABC):
 
     @abstractmethod
     def start(self, row: int, random: np.random.Generator) -> list[Spot]:
-        """Draw an episode of a row, and where its boats start."""
+        """Draw an episode of a row, and where its boats start; the row is reset afterwards, with a seed of its own."""
 
     def entrance(self, row: int, boat: int, random: np.random.Generator) -> Spot:
         """Draw where a boat joins an episode under way; a problem of a fixed number of boats has no such place."""

@@ -45,8 +45,9 @@ def team():
 
 def begun(problem=None, *, joining=0.0, leaving=0.0, seed=1):
     batch = Batch()
-    roster = Roster(problem or Problem(), batch, moving=(joining, leaving), most=MOST)
-    roster.begin(np.arange(2), [np.random.default_rng(seed + row) for row in range(2)])
+    problem, random = problem or Problem(), [np.random.default_rng(seed + row) for row in range(2)]
+    roster = Roster(problem, batch, moving=(joining, leaving), most=MOST)
+    roster.begin(np.arange(2), random, [problem.start(row, own) for row, own in enumerate(random)])
     return roster, batch
 
 
