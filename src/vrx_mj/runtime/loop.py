@@ -125,7 +125,7 @@ def _advance(run: Record, a: Views, time: float, dt: float, steps: int, work: Ve
         _push_docks(a, work, waves, air, time, dt)
         idle = free and free_before and flags.unconstrained != 0  # the step before found nothing, nor would this one
         if free and a.free_bodies.size > 0:
-            _step_free(a, damping, dt)
+            step_free_bodies(a.free_bodies, a.solve_work, a.float_state, damping, a.qpos, a.qvel, a.xfrc_applied, dt)
         else:
             _move(run.contact_free if free else run.model, run.data, a, work, added, damping, turning, idle)
         free_before = free
@@ -145,24 +145,14 @@ def advance_free(
 
     `damping` is memory, (floats, 3), and `work` that of `vessel_work`; None is for the worlds of `advance_vrx`.
     """
-    a = row_views(runs[row])
-    if work is None:
-        return _advance_free(a, time, dt, steps, damping, None, a.waves)
-    return _advance_free(a, time, dt, steps, damping, work, work.columns)
-
-
-@expanded_kernel
-def _advance_free(
-    a: Views, time: float, dt: float, steps: int, damping: FloatArray, work: VesselWork | None, waves: Waves
-) -> int:
-    """`advance_free`, the loop that a graphics processor compiles."""
-    done = 0
+    a, done = row_views(runs[row]), 0
+    waves: Waves = a.waves if work is None else work.columns
     while done < steps and not _has_diverged(a.qpos, a.qvel):
         if not contact_free(a.movers, a.obstacles, a.qpos, a.broadphase[0]):
             break
         time += dt
         _push_free(a, work, waves, damping, time, dt)
-        _step_free(a, damping, dt)
+        step_free_bodies(a.free_bodies, a.solve_work, a.float_state, damping, a.qpos, a.qvel, a.xfrc_applied, dt)
         done += 1
     return -1 if _has_diverged(a.qpos, a.qvel) else done
 
@@ -175,12 +165,6 @@ def _push_free(a: Views, work: VesselWork | None, waves: Waves, damping: FloatAr
         push_hull(i, a, work, waves, air, time, dt, None)
     _push_floats(a, work, waves, air, damping, time, dt)
     return air
-
-
-@expanded_kernel
-def _step_free(a: Views, damping: FloatArray, dt: float) -> None:
-    """Advance the run's free bodies by a step."""
-    step_free_bodies(a.free_bodies, a.solve_work, a.float_state, damping, a.qpos, a.qvel, a.xfrc_applied, dt)
 
 
 @inlined_kernel
