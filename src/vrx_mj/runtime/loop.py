@@ -145,8 +145,18 @@ def advance_free(
 
     `damping` is memory, (floats, 3), and `work` that of `vessel_work`; None is for the worlds of `advance_vrx`.
     """
-    a, done = row_views(runs[row]), 0
-    waves: Waves = a.waves if work is None else work.columns
+    a = row_views(runs[row])
+    if work is None:
+        return _advance_free(a, time, dt, steps, damping, None, a.waves)
+    return _advance_free(a, time, dt, steps, damping, work, work.columns)
+
+
+@expanded_kernel
+def _advance_free(
+    a: Views, time: float, dt: float, steps: int, damping: FloatArray, work: VesselWork | None, waves: Waves
+) -> int:
+    """`advance_free`, the loop that a graphics processor compiles."""
+    done = 0
     while done < steps and not _has_diverged(a.qpos, a.qvel):
         if not contact_free(a.movers, a.obstacles, a.qpos, a.broadphase[0]):
             break
