@@ -14,6 +14,6 @@ with importing("vrx_mj.cuda", "numba_cuda", "cuda"):
     import numba_cuda  # noqa: F401
 
 from vrx_mj.cuda.batch import Batch, check_driver
-from vrx_mj.cuda.kernels import SIMULATED
+from vrx_mj.cuda.rows import arrays
 
-__all__ = ["SIMULATED", "Batch", "check_driver"]
+__all__ = ["Batch", "arrays", "check_driver"]

@@ -8,9 +8,9 @@ import numpy.typing as npt
 from numba import cuda
 
 from vrx_mj.arguments import as_int
-from vrx_mj.arrays import IntArray
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.cuda.kernels import SIMULATED, advance_marine, advance_vrx, command, launcher, observe
-from vrx_mj.cuda.rows import DeviceArray, DeviceRows
+from vrx_mj.cuda.rows import DeviceArray, DeviceRows, arrays
 from vrx_mj.errors import CommandError, DivergedError
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime import batch
@@ -31,11 +31,11 @@ def check_driver(remedy: str = 'take vrx_mj.Batch(engine="free"), or device="cpu
 class RowsObserved(NamedTuple):
     """What a learner needs of rows, arrays on the device that stay where they are."""
 
-    features: DeviceArray
+    features: FloatArray
     """(n, boats, 13): `vrx_mj.Batch.features`."""
-    wind: DeviceArray
+    wind: FloatArray
     """(n, 2): `vrx_mj.Batch.wind`."""
-    surface: DeviceArray
+    surface: FloatArray
     """(n, boats): height of the sea at the boats' origins [m]."""
 
 
@@ -48,8 +48,8 @@ class Batch:
     seeds, phases and starts come from the same functions: a row is the run of the row of that batch, to rounding of
     the processor's exponentials and angles. It is the same bit for bit in every run and for any number of rows.
 
-    A row that comes within reach of anything stops there: see `near` and `check`. Arrays are on the device, have
-    `__cuda_array_interface__` (`torch.as_tensor(batch.features, device="cuda")` copies nothing) and stay where they
+    A row that comes within reach of anything stops there: see `near` and `check`. Arrays are CuPy's, on the device,
+    with DLPack and `__cuda_array_interface__` (`torch.from_dlpack(batch.features)` copies nothing), and stay where they
     are. Calls are queued on `stream` and return at once, but for `reset`, `vary`, `host` and `check`.
     """
 
@@ -87,51 +87,30 @@ class Batch:
         self._advance = launcher(advance, self.n * self._rows.threads, waves, self._stream)
         self._command, self._observe = (launcher(each, self.n, 0, self._stream) for each in (command, observe))
         self._thrusters, self._angles = map(cuda.to_device, (self._batch._thrusters, self._batch._angles))
-        self._asked, self._going = 0, self._rows.arrays["going"]
-
-    @property
-    def boats(self) -> tuple[str, ...]:
-        """Names of the boats in every row, in the order of the second axis of `features`."""
-        return self._batch.boats
-
-    @property
-    def channels(self) -> tuple[tuple[str, str], ...]:
-        """Boat and name of every command, in the order that `command` takes: thrusts, then steering angles."""
-        return self._batch.channels
-
-    @property
-    def open_water(self) -> bool:
+        at = self._rows.arrays
+        self._asked, self._going = 0, at["going"]
+        self.boats, self.channels, self.timestep = host.boats, host.channels, host.timestep
+        """As of `vrx_mj.Batch`."""
+        self.open_water = len(host._arrays.movers) == 1 and not len(host._arrays.obstacles)
         """Whether a row has nothing that its boat could touch; then no row ever stops for it."""
-        arrays = self._batch._arrays
-        return len(arrays.movers) == 1 and not len(arrays.obstacles)
-
-    @property
-    def timestep(self) -> float:
-        """Physics step [s]."""
-        return self._batch.timestep
-
-    @property
-    def features(self) -> DeviceArray:
-        """State of every boat after the last `advance`, (n, boats, 13) on the device: `vrx_mj.Batch.features`."""
-        return self._rows.arrays["features"]
-
-    @property
-    def qpos(self) -> DeviceArray:
-        """Generalized positions of every row, (n, nq) on the device."""
-        return self._rows.arrays["qpos"]
-
-    @property
-    def time(self) -> DeviceArray:
-        """Simulated time of every row, (n,) on the device [s]."""
-        return self._rows.arrays["time"]
-
-    @property
-    def done(self) -> DeviceArray:
-        """Steps that every row has made in the last `advance`, (n,) on the device.
+        self.qpos: FloatArray = arrays.asarray(at["qpos"][: self.n])
+        """Generalized positions of every row, (n, nq)."""
+        self.time: FloatArray = arrays.asarray(at["time"])
+        """Simulated time of every row, (n,) [s]."""
+        self.done: IntArray = arrays.asarray(at["done"])
+        """Steps that every row has made in the last `advance`, (n,).
 
         Fewer than asked for where something was near; -1 where the state has diverged, until the row is reset.
         """
-        return self._rows.arrays["done"]
+        seen = at["features"], at["wind_velocity"], at["surface"]
+        self._observed = RowsObserved(*map(arrays.asarray, seen))
+        self.features, self.wind, _ = self._observed
+        """As of `vrx_mj.Batch`: `features` after the last `advance`, `wind` at the last `observe`."""
+
+    @property
+    def diverged(self) -> BoolArray:
+        """Rows whose state is not finite or too large, (n,); they stop until they are reset."""
+        return self.done < 0
 
     def command(self, values: npt.ArrayLike, *, hold: float = 0.0) -> None:
         """Set thrusts and steering angles of all rows, (n, channels), in the order of `channels`.
@@ -194,11 +173,11 @@ class Batch:
         """State of every boat, the wind and the height of the sea at every boat now."""
         at = self._rows.arrays
         self._observe(at["runs"], at["time"], at["wind_velocity"], at["surface"])
-        return RowsObserved(at["features"], at["wind_velocity"], at["surface"])
+        return self._observed
 
     def near(self) -> IntArray:
         """Numbers of the rows that the last `advance` stopped because something was near; waits for the device."""
-        done, going = (each.copy_to_host(stream=self._stream) for each in (self.done, self._going))
+        done, going = (each.copy_to_host(stream=self._stream) for each in (self._rows.arrays["done"], self._going))
         self._stream.synchronize()
         return np.flatnonzero((done >= 0) & (done < self._asked) & (going != 0))
 
@@ -209,9 +188,9 @@ class Batch:
             DivergedError: the state of rows is not finite or too large; they stop until they are reset.
             CommandError: something is near rows; they stop until they are reset, or moved on the host.
         """
-        near, done = self.near(), self.done.copy_to_host()
-        if len(diverged := np.flatnonzero(done < 0)):
-            raise DivergedError(rows_divergence_message(diverged, float(self.time.copy_to_host()[diverged[0]])))
+        near, diverged = self.near(), np.flatnonzero(self._rows.arrays["done"].copy_to_host() < 0)
+        if len(diverged):
+            raise DivergedError(rows_divergence_message(diverged, float(self.time[int(diverged[0])])))
         if len(near):
             named = ", ".join(map(str, near[:10]))
             text = "they stop until they are reset, or moved by host().advance(steps, rows), with MuJoCo, and push()"

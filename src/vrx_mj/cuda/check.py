@@ -102,16 +102,15 @@ class _Check:
         seeds = [_SEED + k % _FEW for k in range(more)]
         host = batch.Batch(world, _FEW, seed=seeds[:_FEW], engine="free")
         few, many, again = (Batch(world, n, seed=seeds[:n]) for n in (_FEW, more, more))
-        reached, found = 0, host.qpos
+        reached = 0
         for seconds, bound in self._extent.seconds.items():
             for _ in range(seconds - reached):
-                for rows, count in ((host, _FEW), (few, _FEW), (many, more), (again, more)):
-                    _command(rows, count)
+                for rows in (host, few, many, again):
+                    _command(rows)
                     rows.advance(round(1.0 / host.timestep))
-            reached, found = seconds, few.qpos.copy_to_host()
-            error = float(np.abs(found - host.qpos).max())
+            reached, error = seconds, float(np.abs(few.host().qpos - host.qpos).max())
             self.judge(f"{name}, {seconds} s: {error:.1e} from the CPU's, within {bound:.0e}", error <= bound)
-        one, other = many.qpos.copy_to_host(), again.qpos.copy_to_host()
+        found, one, other = (rows.host().qpos for rows in (few, many, again))
         equal = one.tobytes() == other.tobytes() and one[:_FEW].tobytes() == found.tobytes()
         self.judge(f"{name}: the same bits from run to run, and in {_FEW} and {more} rows", equal)
         if (threads := many._rows.threads) > 1:
@@ -124,7 +123,7 @@ class _Check:
         if varied:
             rows.vary(**varied)
             rows.reset(seed=_SEED)
-        _command(rows, n)
+        _command(rows)
         rows.advance(_STEPS)
         rows.check()
         made, begun = time.perf_counter() - begun, time.perf_counter()
@@ -182,12 +181,12 @@ class _Check:
         for _ in range(2):
             graph.replay()
         torch.cuda.synchronize()
-        equal = captured.qpos.copy_to_host().tobytes() == plain.qpos.copy_to_host().tobytes()
+        equal = captured.host().qpos.tobytes() == plain.host().qpos.tobytes()
         self.judge("the same bits from a CUDA graph", equal)
 
 
-def _command(rows: Batch | batch.Batch, count: int) -> None:
-    shares = np.linspace(0.1, 0.6, _FEW)[np.arange(count) % _FEW]
+def _command(rows: Batch | batch.Batch) -> None:
+    shares = np.linspace(0.1, 0.6, _FEW)[np.arange(rows.n) % _FEW]
     rows.command(shares[:, None] * np.ones(len(rows.channels)))
 
 

@@ -8,7 +8,7 @@ the same numbers.
 import warnings
 from collections.abc import Callable
 from functools import cache
-from typing import Any, Protocol
+from typing import Any
 
 import numba_cuda
 from llvmlite import ir
@@ -22,6 +22,8 @@ from vrx_mj.physics.tables import Table
 from vrx_mj.physics.vessel import VesselWork
 from vrx_mj.runtime.rows import advance_free_row, command_row, observe_row
 
+Stream = Any
+"""A CUDA stream, as numba has it."""
 SIMULATED = bool(config.ENABLE_CUDASIM)
 """Whether this is numba's simulator of a processor, in which arrays of the device are NumPy's."""
 _FEW_WAVES, _MAX_REGISTERS = 10, 96
@@ -39,13 +41,6 @@ if not SIMULATED:
 
         def __init__(self, manager: Any, kind: Any) -> None:
             super().__init__(manager, kind, ir.DoubleType())
-
-
-class Stream(Protocol):
-    """A CUDA stream, as numba has it."""
-
-    def synchronize(self) -> None:
-        """Wait until everything on it is done."""
 
 
 def advance_vrx(
@@ -90,21 +85,16 @@ def observe(runs: Table, time: FloatArray, wind: FloatArray, surface: FloatArray
         observe_row(runs, row, time[row], wind[row], surface[row])
 
 
-def begin_rows(begun: BoolArray, starts: IntArray, kept: tuple[Table, ...], wholes: tuple[Table, ...]) -> None:
-    """Write a row's start, a row of each of `kept`, into the tables of those rows that are `begun`; all as words."""
+def copy_rows(which: BoolArray, sources: IntArray, parts: tuple[Table, ...], wholes: tuple[Table, ...]) -> None:
+    """Write a row of each of `parts`, that of its number in `sources`, into the tables of every row of `which`.
+
+    All are words, (rows, words).
+    """
     row = cuda.grid(1)
-    if row < starts.size and begun[row]:
-        for table in range(len(kept)):
-            for word in range(kept[table].shape[1]):
-                wholes[table][row, word] = kept[table][starts[row], word]
-
-
-def write_rows(which: IntArray, parts: Table, whole: Table) -> None:
-    """Write the bytes of some rows, (rows, size), into those of all, one byte for each thread."""
-    place = cuda.grid(1)
-    if place < parts.size:
-        row, byte = divmod(place, parts.shape[1])
-        whole[which[row], byte] = parts[row, byte]
+    if row < sources.size and which[row]:
+        for table in range(len(parts)):
+            for word in range(parts[table].shape[1]):
+                wholes[table][row, word] = parts[table][sources[row], word]
 
 
 def launcher(function: Callable[..., None], threads: int, waves: int, stream: Stream) -> Callable[..., None]:

@@ -1,19 +1,32 @@
 """The memory of rows on a graphics processor: a copy of the host's tables, and a table of runs that leads into it."""
 
 from collections.abc import Iterable, Iterator
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from numba import cuda
 
 from vrx_mj.arrays import FloatArray, IntArray
-from vrx_mj.cuda.kernels import SIMULATED, Stream, begin_rows, launcher, write_rows
+from vrx_mj.cuda.kernels import SIMULATED, Stream, copy_rows, launcher
+from vrx_mj.packages import importing
 from vrx_mj.physics.lanes import WIDTH
 from vrx_mj.physics.tables import Table
 from vrx_mj.physics.vessel import HullMeshes, VesselWork, vessel_work
 from vrx_mj.runtime.row_tables import SEPARATE, RowTables, check_memory
 from vrx_mj.runtime.views import ARRAYS
+
+arrays: Any = np
+"""The library of arrays that callers get: CuPy, or NumPy where the processor is simulated."""
+if not SIMULATED:
+    with importing("vrx_mj.cuda", "CuPy", "cuda"):
+        import cupy
+
+        arrays = cupy
+
+DeviceArray = Any
+"""An array on the device as numba has it, with `__cuda_array_interface__` and without DLPack."""
+_Tables = tuple[DeviceArray, ...]
 
 _COMMON_ARRAYS = ("time", "done", "features")
 """Arrays of all rows to which no run leads."""
@@ -22,36 +35,11 @@ _ROW_ARRAYS = {*SEPARATE, "qpos", "qvel", "xfrc_applied"}
 _STATE_ARRAYS = {*_ROW_ARRAYS, *_COMMON_ARRAYS}
 
 
-class DeviceArray(Protocol):
-    """An array on the device, as numba has it, with `__cuda_array_interface__`."""
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Its shape."""
-
-    @property
-    def size(self) -> int:
-        """How many numbers it has."""
-
-    @property
-    def dtype(self) -> npt.DTypeLike:
-        """Type of its numbers."""
-
-    def copy_to_host(self, ary: npt.NDArray[np.generic] | None = None, stream: Stream | int = 0) -> FloatArray:
-        """A copy of it on the host; `ary` takes it, if given."""
-
-    def copy_to_device(self, ary: "npt.NDArray[np.generic] | DeviceArray", stream: Stream | int = 0) -> None:
-        """Take over an array of the host or the device."""
-
-    def view(self, dtype: npt.DTypeLike) -> "DeviceArray":
-        """The same memory as numbers of another type."""
-
-    def reshape(self, *shape: int) -> "DeviceArray":
-        """The same memory in another shape."""
-
-
 class DeviceRows:
-    """Arrays on the device by the names of the host's; each stays where it is while its size does."""
+    """Arrays on the device by the names of the host's; each stays where it is while its size does.
+
+    Of `_ROW_ARRAYS` the first threads of all rows have the first n rows, the second threads the next, and so on.
+    """
 
     def __init__(self, rows: RowTables, stream: Stream) -> None:
         """Copy the rows' memory to the current device; CommandError: there is not enough memory."""
@@ -59,12 +47,11 @@ class DeviceRows:
         self.threads = WIDTH if self._marine else 1
         """Threads that share a row."""
         self.arrays: dict[str, DeviceArray] = {}
-        self._starts: tuple[tuple[DeviceArray, ...], tuple[DeviceArray, ...]] = (), ()
-        self._twins: dict[str, DeviceArray] = {}
+        self._starts: tuple[_Tables, _Tables] = (), ()
+        self._shared: _Tables = ()
         each = sum(part.nbytes for part in self._work(0)) if self._marine else 0
-        sizes = {name: host.nbytes for name, host in self._hosts()} | {"runs": rows.runs.nbytes}
-        more = (self.threads - 1) * sum(sizes[name] for name in sizes.keys() & {*_ROW_ARRAYS, "runs"})
-        self._check_memory(sum(sizes.values()) + more + rows.n * each)
+        size = sum(host.nbytes * self._copies(name) for name, host in self._hosts())
+        self._check_memory(size + self.threads * rows.runs.nbytes + rows.n * each)
         self.push()
 
     def _check_memory(self, size: int) -> None:
@@ -80,6 +67,10 @@ class DeviceRows:
         named = rows.free_stacks() | own | {name: getattr(rows, name) for name in _COMMON_ARRAYS}
         return ((name, host) for name, host in named.items() if host.nbytes)
 
+    def _copies(self, name: str) -> int:
+        """How many threads of a row have an array of their own."""
+        return self.threads if name in _ROW_ARRAYS else 1
+
     def _work(self, row: int) -> VesselWork:
         """Memory of a row for vessels, with the row's waves in its columns."""
         tables: list[Any] = [self._rows.part(name, row) for name in HullMeshes._fields]
@@ -92,72 +83,60 @@ class DeviceRows:
 
     def push(self) -> None:
         """Copy everything from the host."""
-        rows = self._rows
-        runs = np.tile(rows.runs, self.threads)
+        rows, n = self._rows, self._rows.n
+        runs, lanes = np.tile(rows.runs, self.threads), np.repeat(np.arange(self.threads), n)
         for name in ("model", "contact_free", "data"):
             runs[name] = 0
         for name, host in self._hosts():
-            flat = host.reshape(-1).view(np.uint8) if host.dtype.names else host
-            start, table = host.ctypes.data, name.partition(".")[0]
-            self._put(name, flat)
+            copies, table = self._copies(name), name.partition(".")[0]
+            self._put(name, _plain(host), copies)
             if table in ARRAYS:
-                there = rows.runs[table][:, 0]
-                inside = (there >= start) & (there < start + host.nbytes)
-                for own, place in zip(np.split(runs[table], self.threads), self._places(name, host), strict=True):
-                    own[inside, 0] = there[inside] - start + place
+                there = np.tile(rows.runs[table][:, 0] - host.ctypes.data, self.threads)
+                inside = (there >= 0) & (there < host.nbytes)
+                place = _address(self.arrays[name]) + (lanes * host.nbytes if copies > 1 else 0)
+                runs[table][inside, 0] = (there + place)[inside]
         if self._marine:
             for name, part in self._work(0)._asdict().items():
-                if name not in self.arrays or self.arrays[name].shape[1:] != part.shape:
-                    self.arrays[name] = cuda.device_array((rows.n, *part.shape), part.dtype)
-            self._put("columns", self._columns(range(rows.n)))
-            self._put("sharing", np.tile(np.arange(rows.n), self.threads - 1))
-            self._put("shared", np.ones((self.threads - 1) * rows.n, np.bool_))
+                self._room(name, (n, *part.shape), part.dtype)
+            self._put("columns", self._columns(range(n)))
+            self._put("sharing", np.tile(np.arange(n), self.threads))
+            self._put("others", lanes > 0)
+            self._shared = tuple(self._words(name) for name, _ in self._hosts() if name in _ROW_ARRAYS)
         self._put("damping", np.zeros((len(runs), max(1, len(rows.arrays.floats)), 3)))
-        self._put("wind_velocity", np.zeros((rows.n, 2)))
-        self._put("surface", np.zeros((rows.n, len(rows.arrays.hulls))))
-        self._put("going", np.ones(rows.n, np.bool_))
+        self._put("wind_velocity", np.zeros((n, 2)))
+        self._put("surface", np.zeros((n, len(rows.arrays.hulls))))
+        self._put("going", np.ones(n, np.bool_))
         self._put("runs", runs)
         self._stream.synchronize()
 
-    def _places(self, name: str, host: Table) -> list[int]:
-        """Addresses of a table on the device for each of the threads that share a row."""
-        first, more = _address(self.arrays[name]), self.threads - 1
-        if name not in _ROW_ARRAYS or not more:
-            return [first] * self.threads
-        if name not in self._twins or self._twins[name].size * 4 != more * host.nbytes:
-            shape = more * self._rows.n, host.nbytes // self._rows.n // 4
-            self._twins[name] = cuda.device_array(shape, np.uint32)
-        second = _address(self._twins[name])
-        return [first, *range(second, second + more * host.nbytes, host.nbytes)]
-
     def share(self) -> None:
         """Give each thread of a row what the first has, and what its step changes."""
-        if self._twins:
-            firsts, at = tuple(map(self._words, self._twins)), self.arrays
-            launch = launcher(begin_rows, at["sharing"].size, 0, self._stream)
-            launch(at["shared"], at["sharing"], firsts, tuple(self._twins.values()))
+        if self._shared:
+            self._copy_rows(self.arrays["others"], self.arrays["sharing"], self._shared, self._shared)
 
     def threads_agree(self) -> bool:
         """Whether all threads of a row have come to the same bits in the last launch; waits for the device."""
-        firsts = (self._words(name).copy_to_host().ravel() for name in self._twins)
-        twins = (twin.copy_to_host().reshape(self.threads - 1, -1) for twin in self._twins.values())
-        return all(bool((twin == first).all()) for first, twin in zip(firsts, twins, strict=True))
+        parts = (whole.copy_to_host().reshape(self.threads, -1) for whole in self._shared)
+        return all(bool((part == part[0]).all()) for part in parts)
 
     def _words(self, name: str) -> DeviceArray:
-        """A table on the device as words of four bytes, (n, words)."""
-        return self.arrays[name].view(np.uint32).reshape(self._rows.n, -1)
+        """A table on the device as words of four bytes, (rows, words)."""
+        table = self.arrays[name]
+        return table.view(np.uint32).reshape(table.shape[0], -1)
 
     def _columns(self, which: Iterable[int]) -> FloatArray:
         """Waves of rows in columns, and memory, as in `VesselWork`."""
         return np.stack([self._work(row).columns for row in which])
 
+    def _stacks(self, hosts: dict[str, Table]) -> list[str]:
+        """Names of the host's arrays of which each row has a part."""
+        return [name for name, host in hosts.items() if "." not in name and len(host) == self._rows.n]
+
     def keep(self) -> None:
         """Copy everything from the host, and keep it as starts, for `begin`; CommandError: no memory is left."""
         self.push()
-        hosts, n = dict(self._hosts()), self._rows.n
-        names = [name for name in hosts if "." not in name and len(hosts[name]) == n]
-        names += ["columns"] if self._marine else []
-        wholes = tuple(map(self._words, names))
+        names = self._stacks(dict(self._hosts())) + ["columns"] * self._marine
+        wholes = tuple(self._words(name)[: self._rows.n] for name in names)
         self._starts = (), ()
         self._check_memory(4 * sum(whole.size for whole in wholes))
         kept = tuple(map(cuda.device_array_like, wholes))
@@ -167,45 +146,57 @@ class DeviceRows:
 
     def begin(self, begun: DeviceArray, starts: DeviceArray) -> None:
         """Let rows that are `begun`, (n,) of bool, go on from those of the kept starts that `starts`, (n,), names."""
-        launcher(begin_rows, self._rows.n, 0, self._stream)(begun, starts, *self._starts)
+        self._copy_rows(begun, starts, *self._starts)
+
+    def _copy_rows(self, which: DeviceArray, sources: DeviceArray, parts: _Tables, wholes: _Tables) -> None:
+        """Launch `copy_rows`."""
+        launcher(copy_rows, sources.size, 0, self._stream)(which, sources, parts, wholes)
 
     def push_rows(self, which: IntArray, *, moving: bool) -> None:
         """Copy these rows' parts of the stacks from the host, with or without what moves.
 
         Where a table has another size than on the device, everything is copied, other rows in the device's state.
         """
-        hosts = dict(self._hosts())
-        sizes = {name: self.arrays[name].view(np.uint8).size for name in hosts if name in self.arrays}
-        stacks = {name for name in hosts if "." not in name and len(hosts[name]) == self._rows.n}
-        own: dict[str, Any] = {name: hosts[name][which] for name in stacks if moving or name not in _STATE_ARRAYS}
-        if sizes != {name: host.nbytes for name, host in hosts.items()}:
+        hosts, n = dict(self._hosts()), self._rows.n
+        sizes = {name: self.arrays[name].nbytes for name in hosts if name in self.arrays}
+        own: dict[str, Any] = {
+            name: hosts[name][which] for name in self._stacks(hosts) if moving or name not in _STATE_ARRAYS
+        }
+        if sizes != {name: host.nbytes * self._copies(name) for name, host in hosts.items()}:
             self.pull()
             for name in own.keys() & _STATE_ARRAYS:
                 hosts[name][which] = own[name]
             self.push()
         elif len(which):
-            rows = cuda.to_device(which, stream=self._stream)
             if self._marine:
                 own["columns"] = self._columns(which.tolist())
-            for name, parts in own.items():
-                given = cuda.to_device(parts.reshape(-1).view(np.uint8).reshape(len(which), -1), stream=self._stream)
-                there = self.arrays[name].view(np.uint8).reshape(self._rows.n, -1)
-                launcher(write_rows, given.size, 0, self._stream)(rows, given, there)
+            begun, places = np.zeros(n, np.bool_), np.zeros(n, np.int64)
+            begun[which], places[which] = True, np.arange(len(which))
+            words = [part.reshape(len(which), -1).view(np.uint32) for part in own.values()]
+            begun, places, *parts = (cuda.to_device(each, stream=self._stream) for each in (begun, places, *words))
+            self._copy_rows(begun, places, tuple(parts), tuple(map(self._words, own)))
 
-    def _put(self, name: str, flat: npt.NDArray[np.generic]) -> None:
-        known = self.arrays.get(name)
-        if known is not None and known.shape == flat.shape:
-            known.copy_to_device(flat, stream=self._stream)
-        else:
-            self.arrays[name] = cuda.to_device(flat, stream=self._stream)
+    def _put(self, name: str, values: npt.NDArray[np.generic], copies: int = 1) -> None:
+        """Copy an array of the host to the first of so many parts of one on the device."""
+        self._room(name, (copies * len(values), *values.shape[1:]), values.dtype)
+        self.arrays[name][: len(values)].copy_to_device(values, stream=self._stream)
+
+    def _room(self, name: str, shape: tuple[int, ...], dtype: npt.DTypeLike) -> None:
+        """Have an array on the device, where it is if it has this shape."""
+        if name not in self.arrays or self.arrays[name].shape != shape:
+            self.arrays[name] = cuda.device_array(shape, dtype)
 
     def pull(self) -> None:
         """Copy what moves back to the host, when the device has done all that it was given."""
         for name, host in self._hosts():
             if name in _STATE_ARRAYS:
-                flat = host.reshape(-1).view(np.uint8) if host.dtype.names else host
-                self.arrays[name].copy_to_host(flat, stream=self._stream)
+                self.arrays[name][: len(host)].copy_to_host(_plain(host), stream=self._stream)
         self._stream.synchronize()
+
+
+def _plain(host: Table) -> Table:
+    """The memory of records as bytes, (rows, bytes); other arrays as they are."""
+    return host.reshape(len(host), -1).view(np.uint8) if host.dtype.names else host
 
 
 def _address(array: DeviceArray) -> int:

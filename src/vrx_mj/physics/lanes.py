@@ -253,14 +253,10 @@ def by_quarters(builder: Any, shifted: Any, even: Any, odd: Any) -> Any:
     return builder.bitcast(builder.xor(bits, flip), shifted.type)
 
 
-def _zero(value: ir.Value) -> ir.Value:
-    return ir.Constant(value.type, [0.0] * WIDTH if value.type == _VECTOR else 0.0)
-
-
 @_operation(types.boolean)
 def any_positive(builder: Any, value: Any) -> Any:
     """Whether a number in any lane is above zero."""
-    lanes = builder.fcmp_ordered(">", value, _zero(value))
+    lanes = builder.fcmp_ordered(">", value, ir.Constant(value.type, None))
     if value.type != _VECTOR:
         result = ir.LiteralStructType([_INDEX, ir.IntType(1)])
         votes = _card(builder, "vote.sync", result, _together(builder), ir.Constant(_INDEX, 1), lanes)
@@ -284,7 +280,7 @@ def smaller(builder: Any, one: Any, other: Any) -> Any:
 @_operation(_lanes)
 def choose(builder: Any, sign: Any, one: Any, other: Any) -> Any:
     """The first of two numbers in each lane in which `sign` is above zero, else the second."""
-    return builder.select(builder.fcmp_ordered(">", sign, _zero(sign)), one, other)
+    return builder.select(builder.fcmp_ordered(">", sign, ir.Constant(sign.type, None)), one, other)
 
 
 @_operation()

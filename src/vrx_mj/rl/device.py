@@ -7,21 +7,12 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray
-from vrx_mj.cuda import SIMULATED, Batch, check_driver
+from vrx_mj.cuda import Batch, arrays, check_driver
 from vrx_mj.errors import CommandError
-from vrx_mj.packages import importing
 from vrx_mj.rl.environment import Actions, Environment, Floats32, Info
 from vrx_mj.rl.options import PERIOD, ActionError, Seeds
 from vrx_mj.rl.problem import RowArrays
 from vrx_mj.runtime import batch
-
-arrays: Any = np
-"""The library of arrays: CuPy, or NumPy where the processor is simulated."""
-if not SIMULATED:
-    with importing("device='cuda'", "CuPy", "cuda"):
-        import cupy
-
-        arrays = cupy
 
 
 class DeviceEnvironment(Environment):
@@ -48,7 +39,8 @@ class DeviceEnvironment(Environment):
         self.problem = self.problem.with_arrays(arrays.array)
         self.lost_boats = self.lost_boats.with_arrays(arrays.array)
         self.roster = self.roster.with_arrays(arrays.array)
-        self.seen = self.lost_boats.seen = DeviceRows(rows)
+        self.seen, surface = rows, rows.observe().surface
+        self.lost_boats.seen, self.lost_boats.sea_height = rows, lambda _x, _y: surface
         self.actions = DeviceActions(rows.boats, rows.channels, self.batch.largest)
         self.steps, self._last, self._scales = map(arrays.array, (self.steps, self._last, self._scales))
         self._starts = arrays.zeros(n, np.int64)
@@ -109,25 +101,6 @@ class DeviceEnvironment(Environment):
         self._device.step(self.actions.commands(self._last), duration=PERIOD, rows=going)
         self._device.observe()
         return self.seen.diverged
-
-
-class DeviceRows:
-    """What an environment reads of rows on the device, by the names of `vrx_mj.Batch`, as of the last `observe`."""
-
-    def __init__(self, rows: Batch) -> None:
-        own = rows.done, *rows.observe()
-        self._done, self.features, self.wind, self._surface = map(arrays.asarray, own)  # of the same memory
-
-    @property
-    def diverged(self) -> BoolArray:
-        """Whether the state of each row is not finite or too large, (n,)."""
-        diverged: BoolArray = self._done < 0
-        return diverged
-
-    def sea_height(self, x: FloatArray, y: FloatArray) -> FloatArray:
-        """Height [m] of the sea at the boats, (n, boats), whose x and y are given."""
-        surface: FloatArray = self._surface
-        return surface
 
 
 class DeviceActions(Actions):

@@ -1,7 +1,7 @@
 """The learning environment: rows of a problem, in the terms of which both Gymnasium's and PettingZoo's are written."""
 
 import contextlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import gymnasium
@@ -73,6 +73,8 @@ class LostBoats(RowArrays):
     def __init__(self, batch: Rows) -> None:
         self._batch = batch
         self.seen: SeenRows = batch
+        self.sea_height: Callable[[FloatArray, FloatArray], FloatArray] = batch.sea_height
+        """Of the sea at the boats, (n, boats) [m], by their x and y."""
         self._rest = np.zeros((batch.n, len(batch.boats)))
 
     def launch(self, boat: int, rows: IntArray, spots: FloatArray) -> None:
@@ -98,7 +100,7 @@ class LostBoats(RowArrays):
     def _heights(self) -> FloatArray:
         """Heights of the boats' origins over the surface [m]; NaN of those that have diverged."""
         features = self.seen.features
-        return features[..., 2] - self.seen.sea_height(features[..., 0], features[..., 1])
+        return features[..., 2] - self.sea_height(features[..., 0], features[..., 1])
 
 
 class Roster(RowArrays):

@@ -128,9 +128,6 @@ class SeenRows(Protocol):
     def diverged(self) -> BoolArray:
         """(n,)."""
 
-    def sea_height(self, x: FloatArray, y: FloatArray) -> FloatArray:
-        """(n, boats) [m], at the boats."""
-
 
 class RowArrays:
     """Something whose state is in arrays with a row for each world."""

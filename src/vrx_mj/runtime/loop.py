@@ -125,7 +125,7 @@ def _advance(run: Record, a: Views, time: float, dt: float, steps: int, work: Ve
         _push_docks(a, work, waves, air, time, dt)
         idle = free and free_before and flags.unconstrained != 0  # the step before found nothing, nor would this one
         if free and a.free_bodies.size > 0:
-            _step_free(a, damping, dt)
+            step_free_bodies(a.free_bodies, a.solve_work, a.float_state, damping, a.qpos, a.qvel, a.xfrc_applied, dt)
         else:
             _move(run.contact_free if free else run.model, run.data, a, work, added, damping, turning, idle)
         free_before = free
@@ -162,7 +162,7 @@ def _advance_free(
             break
         time += dt
         _push_free(a, work, waves, damping, time, dt)
-        _step_free(a, damping, dt)
+        step_free_bodies(a.free_bodies, a.solve_work, a.float_state, damping, a.qpos, a.qvel, a.xfrc_applied, dt)
         done += 1
     return -1 if _has_diverged(a.qpos, a.qvel) else done
 
@@ -175,12 +175,6 @@ def _push_free(a: Views, work: VesselWork | None, waves: Waves, damping: FloatAr
         push_hull(i, a, work, waves, air, time, dt, None)
     _push_floats(a, work, waves, air, damping, time, dt)
     return air
-
-
-@expanded_kernel
-def _step_free(a: Views, damping: FloatArray, dt: float) -> None:
-    """Advance the run's free bodies by a step."""
-    step_free_bodies(a.free_bodies, a.solve_work, a.float_state, damping, a.qpos, a.qvel, a.xfrc_applied, dt)
 
 
 @inlined_kernel

@@ -76,18 +76,17 @@ def check_free(arrays: LoopArrays, name: str) -> None:
     """
     model = arrays.contact_free
     driven = model.body_gravcomp.any() or model.opt.density or model.opt.viscosity or model.dof_damping.any()
-    known = 6 * (len(arrays.hulls) + len(arrays.floats))
-    why = None
-    if hinged := int((arrays.thrusters["dof"] >= 0).sum()):
-        why = f"{hinged} engines of world {name} turn on hinges; give the fleet `engines: fixed`"
-    elif len(arrays.blocks):
-        why = f"world {name} has a floating dock; make it `dynamic: false`"
-    elif len(arrays.links) or (model.jnt_type != mujoco.mjtJoint.mjJNT_FREE).any():
-        why = f"things in world {name} have joints; leave them out"
-    elif known != model.nv or driven or not arrays.broadphase["unconstrained"].all():
-        why = f"MuJoCo holds, drives or pushes something in world {name}; leave it out"
-    if why:
-        raise CommandError(f'engine free: {why}, or use engine="mujoco"')
+    known, hinged = 6 * (len(arrays.hulls) + len(arrays.floats)), int((arrays.thrusters["dof"] >= 0).sum())
+    jointed = len(arrays.links) or (model.jnt_type != mujoco.mjtJoint.mjJNT_FREE).any()
+    held = known != model.nv or driven or not arrays.broadphase["unconstrained"].all()
+    for found, why in (
+        (hinged, f"{hinged} engines of world {name} turn on hinges; give the fleet `engines: fixed`"),
+        (len(arrays.blocks), f"world {name} has a floating dock; make it `dynamic: false`"),
+        (jointed, f"things in world {name} have joints; leave them out"),
+        (held, f"MuJoCo holds, drives or pushes something in world {name}; leave it out"),
+    ):
+        if found:
+            raise CommandError(f'engine free: {why}, or use engine="mujoco"')
 
 
 def free_bodies(arrays: LoopArrays, model: mujoco.MjModel, hulls: Table, vessels: Table) -> Table:

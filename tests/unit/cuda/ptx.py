@@ -31,8 +31,7 @@ SIGNATURES = {
     "advance_marine": (RUNS, TIME, GOING, DONE, FEATURES, REAL, WHOLE, DAMPING, *WORK),
     "command": (RUNS, TIME, array("f4", 2), array("i8"), array("i8"), REAL),
     "observe": (RUNS, TIME, array("f8", 2), array("f8", 2)),
-    "begin_rows": (GOING, array("i8"), TABLES, TABLES),
-    "write_rows": (array("i8"), array("u1", 2), array("u1", 2)),
+    "copy_rows": (GOING, array("i8"), TABLES, TABLES),
 }
 dispatcher.get_current_device = lambda: SimpleNamespace(compute_capability=HOPPER)  # callees ask the driver
 for name in sys.argv[1:]:

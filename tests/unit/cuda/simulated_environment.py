@@ -14,6 +14,7 @@ from numba import cuda
 from numba.cuda.simulator.cudadrv.devicearray import FakeCUDAArray
 
 from unit.cuda.simulated_rows import run_as_compiled
+from vrx_mj.cuda import batch
 from vrx_mj.errors import VrxError
 from vrx_mj.rl import TeamVectorEnv, device
 
@@ -189,7 +190,7 @@ def refusals():
 def take_strict_arrays():
     """Let the simulator run compiled functions, and environments strict arrays."""
     run_as_compiled()
-    device.arrays = Library
+    device.arrays = batch.arrays = Library
     cuda.as_cuda_array = lambda given, sync: FakeCUDAArray(given.own)
     cuda.get_current_device = lambda: SimpleNamespace(id=0)
 

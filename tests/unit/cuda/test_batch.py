@@ -64,7 +64,7 @@ def test_the_check_runs_through_in_the_simulator():
 @pytest.mark.parametrize(
     "kernels",
     [
-        ("advance_vrx", "command", "observe", "begin_rows", "write_rows"),
+        ("advance_vrx", "command", "observe", "copy_rows"),
         pytest.param(("advance_marine",), marks=pytest.mark.nightly),
     ],
 )

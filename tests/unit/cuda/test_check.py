@@ -35,7 +35,7 @@ class Card:
 class Rows:
     """Rows of either processor: each moves by its commands."""
 
-    timestep, channels = 0.05, ("port", "starboard")
+    timestep, channels, n = 0.05, ("port", "starboard"), property(lambda self: len(self.own))
 
     def __init__(self, card, world, seeds, drift, stream):
         assert stream in {None, "stream"}
@@ -47,9 +47,14 @@ class Rows:
             threads=8 if world.get("physics", {}).get("profile") == "marine" else 1, threads_agree=lambda: agree
         )
 
+    def host(self):
+        assert self.drift, "these are on the host"
+        return SimpleNamespace(qpos=self.own)
+
     @property
     def qpos(self):
-        return self.own.view(Array) if self.drift else self.own
+        assert not self.drift, "these are on the card"
+        return self.own
 
     def command(self, values):
         assert values.shape == (len(self.own), len(self.channels))
@@ -85,9 +90,6 @@ class Array(np.ndarray):
 
     def cpu(self):
         return np.asarray(self).view(Array)
-
-    def copy_to_host(self):
-        return np.array(self)
 
     cuda = numpy = cpu
 

@@ -81,15 +81,9 @@ def test_rows_begin_with_the_starts_that_are_named_in_every_table(kernels, devic
     kept = tuple(np.arange(4 * width).reshape(4, width) + 100 for width in (1, 5))
     wholes = tuple(np.zeros((ROWS, width), int) for width in (1, 5))
     starts = np.array([3, 1, 0])
-    device.run(kernels.begin_rows, GOING, starts, kept, wholes)
+    device.run(kernels.copy_rows, GOING, starts, kept, wholes)
     for start, whole in zip(kept, wholes, strict=True):
         assert np.array_equal(whole, np.where(GOING[:, None], start[starts], 0))
-
-
-def test_bytes_of_some_rows_are_written_into_those_of_all(kernels, device):
-    parts, whole, which = np.arange(1, 11).reshape(2, 5), np.zeros((ROWS, 5), int), np.array([2, 0])
-    device.run(kernels.write_rows, which, parts, whole)
-    assert whole.tolist() == [[6, 7, 8, 9, 10], [0] * 5, [1, 2, 3, 4, 5]]
 
 
 @pytest.mark.parametrize(("threads", "blocks"), [(1, 1), (64, 1), (65, 2), (128, 2), (129, 3)])
@@ -119,39 +113,49 @@ def test_what_is_compiled_is_kept_by_its_registers_with_the_kernels_of_the_cpu(
 
 @pytest.mark.parametrize(("vrx_only", "advance", "threads"), [(True, "vrx", 3), (False, "marine", 24)])
 @pytest.mark.parametrize(("stream", "used"), [(None, "default"), (7, "stream 7")])
-def test_a_batch_has_a_thread_for_each_row_and_eight_in_marine(vrx_only, advance, threads, stream, used, monkeypatch):
+@pytest.mark.parametrize(("movers", "obstacles", "alone"), [(1, 0, True), (2, 0, False), (1, 1, False)])
+def test_a_batch_has_a_thread_for_each_row_and_eight_in_marine(
+    vrx_only, advance, threads, stream, used, movers, obstacles, alone, monkeypatch
+):
     launches, going = [], object()
     kernels = SimpleNamespace(
         SIMULATED=True, advance_vrx="vrx", advance_marine="marine", command="command", observe="observe",
         launcher=lambda *arguments: launches.append(arguments) or arguments[0],
     )  # fmt: skip
-    on_device = SimpleNamespace(threads=threads // ROWS, arrays={"going": going})
-    tables = SimpleNamespace(DeviceArray=object, DeviceRows=lambda rows, at: (rows, at) == (own, used) and on_device)
+    known = dict.fromkeys(("time", "done", "features", "wind_velocity", "surface"), range(ROWS))
+    on_device = SimpleNamespace(threads=threads // ROWS, arrays={"going": going, "qpos": range(8 * ROWS)} | known)
+    library = SimpleNamespace(asarray=list)
+    tables = SimpleNamespace(
+        DeviceArray=object, DeviceRows=lambda rows, at: (rows, at) == (own, used) and on_device, arrays=library
+    )
     cuda = SimpleNamespace(external_stream="stream {}".format, default_stream=lambda: "default", to_device=tuple)
     module = load(monkeypatch, "batch", cuda, {"vrx_mj.cuda.kernels": kernels, "vrx_mj.cuda.rows": tables})
     own = SimpleNamespace(arrays=SimpleNamespace(vrx_only=vrx_only))
     host = SimpleNamespace(
-        world="world", n=ROWS, _rows=own, _arrays=SimpleNamespace(waves=range(60)), _thrusters=[1, 2], _angles=[3]
-    )
+        world="world", n=ROWS, _rows=own, _thrusters=[1, 2], _angles=[3], boats="boats", channels="channels",
+        timestep=0.1, _arrays=SimpleNamespace(waves=range(60), movers=range(movers), obstacles=range(obstacles)),
+    )  # fmt: skip
     batch = module.Batch.of(host, stream=stream)
     assert launches == [(advance, threads, 60, used), ("command", ROWS, 0, used), ("observe", ROWS, 0, used)]
     assert (batch._advance, batch._command, batch._observe) == (advance, "command", "observe")
     assert (batch.n, batch.world, batch._thrusters, batch._angles) == (ROWS, "world", (1, 2), (3,))
-    assert (batch._asked, batch._going) == (0, going)
+    assert (batch._asked, batch._going, batch.open_water) == (0, going, alone)
+    assert (batch.boats, batch.channels, batch.timestep) == ("boats", "channels", 0.1)
+    assert batch.qpos == batch.time == batch.done == batch.features == batch.wind == [0, 1, 2]
 
 
 @pytest.fixture
 def stand_ins():
-    names = ("advance_vrx", "advance_marine", "command", "observe", "launcher", "begin_rows", "write_rows", "Stream")
-    return SimpleNamespace(SIMULATED=False, **dict.fromkeys(names))
+    names = ("advance_vrx", "advance_marine", "command", "observe", "launcher", "copy_rows", "Stream")
+    return SimpleNamespace(SIMULATED=True, **dict.fromkeys(names))
 
 
 def test_commands_on_another_device_are_refused(monkeypatch, stand_ins):
     cuda = SimpleNamespace(get_current_device=lambda: SimpleNamespace(id=1))
-    tables = SimpleNamespace(DeviceArray=object, DeviceRows=object)
+    tables = SimpleNamespace(DeviceArray=object, DeviceRows=object, arrays=np)
     module = load(monkeypatch, "batch", cuda, {"vrx_mj.cuda.kernels": stand_ins, "vrx_mj.cuda.rows": tables})
     batch = module.Batch.__new__(module.Batch)
-    batch.n, batch._batch = ROWS, SimpleNamespace(channels=("port",))
+    batch.n, batch.channels = ROWS, ("port",)
     tensor = SimpleNamespace(__cuda_array_interface__={}, __dlpack_device__=lambda: (2, 0))
     with pytest.raises(CommandError, match=r"^commands are on device 0: move them to device 1, which has the rows$"):
         batch.command(tensor)
@@ -162,6 +166,7 @@ def test_too_little_memory_on_the_device_says_how_many_rows_fit(size, fit, monke
     context = SimpleNamespace(get_memory_info=lambda: (3_003, 9_999))
     cuda = SimpleNamespace(current_context=lambda: context)
     module = load(monkeypatch, "rows", cuda, {"vrx_mj.cuda.kernels": stand_ins})
+    module.SIMULATED = False
     rows = SimpleNamespace(_rows=SimpleNamespace(n=ROWS))
     if fit is None:
         module.DeviceRows._check_memory(rows, size)
