@@ -67,7 +67,7 @@ def test_in_worlds_of_vrx_3_the_boat_has_its_sensors():
     assert (imu.angular_velocity.noise[0], imu.angular_velocity.offset[0]) == (0.009, 0.00075)
     assert sensor(exact, "imu").angular_velocity.noise[0] == pytest.approx(math.radians(0.07))  # 0.007 deg/s/sqrt(Hz)
     assert (camera.far, camera.baseline, camera.info) == (400, 0, "vrx3")
-    assert sensor(boat, "pinger").beacon == (-528, 191, -2)
+    assert (sensor(boat, "pinger").beacon, sensor(boat, "pinger").pose[:3]) == ((-528, 191, -2), (0, 0, 0))
     parts = build_boat(Order("wamv", profile="vrx3", components=example_file("components")))
     assert (sensor(parts, "gps").rate, sensor(parts, "imu").acceleration) == (20, imu.acceleration)
 
