@@ -189,6 +189,8 @@ class DriveEntry(_Partial):
 class ProfileEntry(Config):
     """Differences of a robot in worlds of a profile other than `vrx`."""
 
+    arguments: Arguments = Field(default_factory=dict)
+    """Arguments of the xacro in this profile, unless a layout, a suite or a fleet gives them."""
     hydrodynamics: HydrodynamicsEntry = HydrodynamicsEntry.model_validate({})
     """Lift, drag and added mass in this profile."""
     thrusters: DriveEntry = DriveEntry.model_validate({})

@@ -66,9 +66,9 @@ class CameraConfig(_Sensor):
     """Standard deviation of each pixel, as a fraction of full scale, the same in the three channels."""
     baseline: Number = 0.07
     """`hackBaseline` of Gazebo's plugin [m]: P[3] of the camera's info is -f times this."""
-    info: Literal["vrx", "centered"] = "vrx"
-    """Principal point in the camera's info: `vrx`, ((w + 1) / 2, (h + 1) / 2), for pixels counted from 1, or
-    `centered`, ((w - 1) / 2, (h - 1) / 2), for pixels counted from 0."""
+    info: Literal["vrx", "vrx3", "centered"] = "vrx"
+    """Principal point in the camera's info: `vrx`, ((w + 1) / 2, (h + 1) / 2), for pixels counted from 1; `vrx3`,
+    (w / 2, h / 2), for their edges; or `centered`, ((w - 1) / 2, (h - 1) / 2), for pixels counted from 0."""
     antialiasing: Annotated[Literal[0, 2, 4], Field(exclude_if=operator.not_)] = 0
     """Samples per pixel for smooth edges, which take two to three times as long; 0 for none."""
     labels: Annotated[Switch, Field(exclude_if=operator.not_)] = False
@@ -170,6 +170,8 @@ class PingerConfig(_Sensor):
     """Standard deviation of the bearing [rad]."""
     elevation_noise: NonNegative = 0.01
     """Standard deviation of the elevation [rad]."""
+    beacon: Annotated[Vec3, Field(exclude_if=lambda place: not any(place))] = (0.0, 0.0, 0.0)
+    """Initial position of the beacon in the world [m]."""
 
 
 class BallShooterConfig(_Sensor):

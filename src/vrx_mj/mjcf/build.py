@@ -132,7 +132,8 @@ def robot_urdf(
     locked: bool = False,
 ) -> str:
     """The URDF of a robot: its xacro expanded, with the thrusters and components of an order."""
-    given = {**config.arguments, **_layout(order, config), **(arguments or {}), **dict(order.arguments)}
+    own = {**config.arguments, **config.in_profile(order.profile).arguments}
+    given = {**own, **_layout(order, config), **(arguments or {}), **dict(order.arguments)}
     file = config.description_file
     if not (order.thrusters or order.components):
         named = {**given, **({"namespace": namespace} if namespace else {}), **({"locked": "true"} if locked else {})}

@@ -329,6 +329,11 @@ def _detections(message: Message) -> Message:
     return kind("vision_msgs/Detection2DArray")(message.header, found)
 
 
+def _fix(message: Message) -> Message:
+    """sensor_msgs/NavSatFix, whose covariance is of type 0, unknown, where no errors are configured, as Gazebo's is."""
+    return message if message.position_covariance.any() else replace(message, position_covariance_type=0)
+
+
 CONVERSIONS: Mapping[str, tuple[str, Callable[[Message], Message]]] = {
     "std_msgs/Float64": (
         "std_msgs/Float32",
@@ -350,6 +355,7 @@ CONVERSIONS: Mapping[str, tuple[str, Callable[[Message], Message]]] = {
         "ros_gz_interfaces/ParamVec",
         lambda one: parameters(one.header, {name: getattr(one, name) for name in ("range", "bearing", "elevation")}),
     ),
+    "sensor_msgs/NavSatFix": ("sensor_msgs/NavSatFix", _fix),
     "vision_msgs/Detection2DArray": ("vision_msgs/Detection2DArray", _detections),
 }
 """VRX 3's type for each of VRX's that differs, and the conversion."""

@@ -65,7 +65,7 @@ _PINGER = SensorKind(
     PingerConfig,
     lambda now: sound(now.config, now.place, now.marks, now.draw),
     RecordedNumbers(lambda _: 3, lambda numbers, _: Sound(*(float(value) for value in numbers))),
-    start_marks=lambda _: (0.0, 0.0, 0.0),  # the beacon is at the world's origin, as in VRX
+    start_marks=lambda config: config.beacon,
     plots=(
         Plot("range", "Beacon range [m]", lambda data: data.range),
         Plot("bearing", "Beacon bearing [deg]", lambda data: np.degrees(data.bearing)),

@@ -44,11 +44,12 @@ def intrinsics(config: CameraConfig) -> CameraInfo:
     """Intrinsics of a camera as gazebo_ros's camera plugin computes it.
 
     Its principal point is (width + 1) / 2, (height + 1) / 2, which counts pixels from 1: with rows and columns from 0
-    the axis of view passes through ((width - 1) / 2, (height - 1) / 2), which `info: centered` gives. P[3] is -f times
-    the plugin's `hackBaseline`, on left and right cameras alike.
+    the axis of view passes through ((width - 1) / 2, (height - 1) / 2), which `info: centered` gives; gz sim's, which
+    `vrx3` gives, is (width / 2, height / 2). P[3] is -f times the plugin's `hackBaseline`, on left and right cameras
+    alike.
     """
     f = focal_length(config)
-    first = 0.0 if config.info == "centered" else 1.0  # number of the first row and column
+    first = {"centered": 0.0, "vrx3": 0.5, "vrx": 1.0}[config.info]  # number of the first row and column
     cx, cy = first + (config.width - 1) / 2.0, first + (config.height - 1) / 2.0
     return CameraInfo(
         width=config.width,

@@ -231,7 +231,7 @@ BLOCKS = {
         "noise": 0.3, "sea_returns": True,
     }),
     "camera.info": Block(CameraConfig, lambda content: sensor({"type": "camera", **content}), {
-        "vrx": {}, "centered": {},
+        "vrx": {}, "vrx3": {}, "centered": {},
     }, {
         "type": "own", "name": "mine", "link": "pod", "frame": "own", "pose": POSE, "topic": "own", "rate": 7,
         "width": 90, "height": 90, "horizontal_fov": 1, "near": 1, "far": 9, "noise": 0.3, "baseline": 0.1,

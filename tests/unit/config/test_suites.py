@@ -58,6 +58,20 @@ def test_a_component_file_has_errors_by_a_robot_with_that_argument(tmp_path):
     assert sensor(boat, "camera").info == "centered"
 
 
+def test_in_worlds_of_vrx_3_the_boat_has_its_sensors():
+    """Rates, errors and frames of VRX 3's own xacro, and those of a suite where it gives some."""
+    boat, exact = (build_boat(Order("wamv", profile="vrx3", sensors=(suite,))) for suite in ("vrx", "rtk"))
+    assert (sensor(boat, "gps").rate, sensor(boat, "imu").rate, sensor(exact, "imu").rate) == (20, 100, 100)
+    imu, camera = sensor(boat, "imu"), sensor(boat, "camera")
+    assert (imu.acceleration.noise[0], imu.acceleration.offset[0]) == (0.021, 0.05)
+    assert (imu.angular_velocity.noise[0], imu.angular_velocity.offset[0]) == (0.009, 0.00075)
+    assert sensor(exact, "imu").angular_velocity.noise[0] == pytest.approx(math.radians(0.07))  # 0.007 deg/s/sqrt(Hz)
+    assert (camera.far, camera.baseline, camera.info) == (400, 0, "vrx3")
+    assert (sensor(boat, "pinger").beacon, sensor(boat, "pinger").pose[:3]) == ((-528, 191, -2), (0, 0, 0))
+    parts = build_boat(Order("wamv", profile="vrx3", components=example_file("components")))
+    assert (sensor(parts, "gps").rate, sensor(parts, "imu").acceleration) == (20, imu.acceleration)
+
+
 def test_suites_can_be_combined():
     boat = build_boat(Order("wamv", sensors=("rtk", "centered", "ground_truth")))
     assert sensor(boat, "camera").info == "centered"

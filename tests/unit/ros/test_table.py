@@ -172,11 +172,12 @@ def test_readings_are_in_the_frames_that_vrx_gives_them(bay):
 
 
 @pytest.mark.parametrize(("written", "published"), [(120, 120.0), (180, 180.0), (270, -90.0), (-90, -90.0)])
-def test_the_direction_of_the_wind_is_from_minus_180_to_180_degrees(written, published):
-    world = {"extends": "ocean", "wind": {"direction": written, "mean_velocity": 6.0}}
-    scene = served(vrx_mj.compile_world(world), wanted={"/vrx/debug/wind/direction"})
-    run(scene, 0.2)
-    assert scene.network.got["/vrx/debug/wind/direction"][-1].message.data == pytest.approx(published)
+def test_the_direction_of_the_wind_is_from_minus_180_to_180_degrees_and_on_ros_2_to_360(written, published):
+    world = vrx_mj.compile_world({"extends": "ocean", "wind": {"direction": written, "mean_velocity": 6.0}})
+    for dialect, expected in (("vrx", published), ("vrx3", written % 360)):
+        scene = served(world, wanted={"/vrx/debug/wind/direction"}, dialect=dialect)
+        run(scene, 0.2)
+        assert scene.network.got["/vrx/debug/wind/direction"][-1].message.data == pytest.approx(expected)
 
 
 def test_the_wind_is_the_simulations_own():

@@ -43,6 +43,11 @@ def test_focal_length_follows_width_and_field_of_view():
     assert (info.K[0], info.K[2], info.K[5]) == (pytest.approx(50.0), 50.5, 150.5)
 
 
+def test_gz_sims_principal_point_is_half_of_the_picture():
+    info = intrinsics(VRX.model_copy(update={"width": 5, "height": 4, "info": "vrx3", "baseline": 0.0}))
+    assert (info.K[2], info.K[5], info.P[2], info.P[3], info.P[6]) == (2.5, 2.0, 2.5, 0.0, 2.0)
+
+
 def test_a_centered_camera_counts_pixels_from_0():
     """The middle of 5 columns is the third, number 2; of 4 rows, the edge between numbers 1 and 2."""
     info = intrinsics(VRX.model_copy(update={"width": 5, "height": 4, "info": "centered"}))

@@ -54,7 +54,11 @@ _FOLDER = root() / "assets" / "robots" / "wamv"
 _MAIN = _FOLDER / "wamv_gazebo" / "urdf" / "wamv_gazebo.urdf.xacro"
 LAYOUTS = ("H", "T", "X")
 """Thruster layouts that need no file."""
-_CHOICES = {"sensor_errors": ("none", "standalone", "rtk"), "camera_info": ("vrx", "centered")}
+_CHOICES = {
+    "sensor_errors": ("none", "standalone", "rtk"),
+    "camera_info": ("vrx", "centered"),
+    "release": ("classic", "jazzy"),
+}
 """Arguments that are not VRX's, and their values."""
 _ARGUMENT = re.compile(r'<xacro:arg name="(\w+)" default="([^"]*)"/>')
 _OTHERS = re.compile(r"namespace|locked|yaml_\w+_generation|\w+_xacro_file")

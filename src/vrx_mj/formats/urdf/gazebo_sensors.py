@@ -263,7 +263,8 @@ def _camera(node: Node, plugin: Node | None, scope: Scope, link: str) -> Values:
     scope.check(plugin, LENS)
     optical = next((end for end in (f"{link}_optical", f"{link}_optical_frame") if end in scope.urdf.links), link)
     frame = plugin.text("frameName", optical) if plugin else optical
-    found = camera.fields(FIELDS["camera"]) | _fields(plugin, FIELDS["camera_plugin"])
+    gz_sim = {"info": "vrx3"} if plugin is None else {}
+    found = camera.fields(FIELDS["camera"]) | _fields(plugin, FIELDS["camera_plugin"]) | gz_sim
     labels = found["labels"] or node.attribute("type") in _LABELLED
     return found | {"noise": _noise(camera.child("noise"), scope), "frame": scope.local(frame), "labels": labels}
 
@@ -310,16 +311,23 @@ def _imu(node: Node, _: Node | None, scope: Scope, __: str) -> Values:
 
 
 def _errors(node: Node, tag: str, scope: Scope) -> Values:
-    """SDF's noise of three axes; its dynamic bias wanders with a stationary deviation of s sqrt(tau / 2).
+    """SDF's noise of three axes.
+
+    Its bias is drawn once, with a deviation d, and its dynamic bias wanders with a stationary deviation of
+    s sqrt(tau / 2). Both are one drift here, with the sum of their variances and the dynamic bias's wander, s.
 
     Reference: gz-sensors, GaussianNoiseModel.cc: b' = -b / tau + s w.
     """
     axes = [node.child("imu", tag, axis, "noise") for axis in "xyz"]
     rows = [_fields(axis, FIELDS["bias"]) for axis in axes]
+    drifts = [row["spread"] ** 2 + 0.5 * row["deviation"] ** 2 * row["time"] for row in rows]
     return {
         "offset": tuple(row["offset"] for row in rows),
-        "drift": tuple(row["deviation"] * math.sqrt(row["time"] / 2) for row in rows),
-        "drift_frequency": tuple(1 / row["time"] if row["time"] > 0 else 0.0 for row in rows),
+        "drift": tuple(math.sqrt(variance) for variance in drifts),
+        "drift_frequency": tuple(
+            0.5 * row["deviation"] ** 2 / variance if variance else 0.0
+            for row, variance in zip(rows, drifts, strict=True)
+        ),
         "noise": tuple(_noise(axis, scope) for axis in axes),
     }
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cache, cached_property, lru_cache, partial
 from typing import Literal, NamedTuple
 
@@ -135,7 +136,7 @@ def description(world: World, boat: str) -> str:
     if own.description:
         return in_namespace(own.description, boat)
     config = BoatConfig(**{key: getattr(own, key) for key in _URDF_FIELDS})
-    return _boat_urdf(config.order, boat)
+    return _boat_urdf(replace(config.order, profile=world.parameters.profile), boat)
 
 
 _boat_urdf = lru_cache(maxsize=256)(boat_urdf)

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import LidarConfig
+from vrx_mj.frames import rotation_matrix
 from vrx_mj.ros.interface import VRX, VRX3, Input, Output, Service, with_vrx3
 from vrx_mj.ros.messages import Message, fields, new, stamp
 from vrx_mj.ros.table.host import Host, header, odometry
@@ -45,13 +46,22 @@ _MARKER_PERIOD = 10.0
 
 _POINT = np.dtype(
     {
-        "names": ["x", "y", "z", "intensity", "ring"],
-        "formats": ["<f4", "<f4", "<f4", "<f4", "<u2"],
-        "offsets": [0, 4, 8, 12, 16],
-        "itemsize": 18,
+        "names": ["x", "y", "z", "intensity", "ring", "time"],
+        "formats": ["<f4", "<f4", "<f4", "<f4", "<u2", "<f4"],
+        "offsets": [0, 4, 8, 12, 16, 18],
+        "itemsize": 22,
     }
 )
-"""Layout of a point: that of velodyne's driver."""
+"""Layout of a point: that of velodyne's driver and of its plugin for Gazebo since 1.0.10, where `time` is 0."""
+_VRX3_POINT = np.dtype(
+    {
+        "names": ["x", "y", "z", "intensity", "ring"],
+        "formats": ["<f4", "<f4", "<f4", "<f4", "<u2"],
+        "offsets": [0, 4, 8, 16, 24],
+        "itemsize": 32,
+    }
+)
+"""Layout of a point of gz sim, whose fields begin at multiples of 8."""
 
 
 @dataclass(frozen=True)
@@ -224,49 +234,87 @@ def _frames_and_infos(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Out
 
 
 def _points(reading: Reading) -> Message:
-    cloud: PointCloud = reading.data
-    rows = np.empty(len(cloud.points), _POINT)
+    return _cloud_message(reading, _rows(_POINT, reading.data)[np.newaxis])
+
+
+def _rows(layout: np.dtype[Any], cloud: PointCloud) -> npt.NDArray[Any]:
+    rows = np.zeros(len(cloud.points), layout)
     for axis, name in enumerate("xyz"):
         rows[name] = cloud.points[:, axis]
     rows["intensity"], rows["ring"] = cloud.intensity, cloud.ring
+    return rows
+
+
+def _cloud_message(reading: Reading, rows: npt.NDArray[Any]) -> Message:
+    """Points in rows (height, width), of a layout."""
     columns = [
         new("sensor_msgs/PointField", name=name, offset=column[1], datatype=_DATATYPES[column[0].name], count=1)
-        for name, column in (_POINT.fields or {}).items()
+        for name, column in (rows.dtype.fields or {}).items()
     ]
     return new(
         "sensor_msgs/PointCloud2",
         header=_head(reading),
-        height=1,
-        width=len(rows),
+        height=rows.shape[0],
+        width=rows.shape[1],
         fields=columns,
-        point_step=_POINT.itemsize,
-        row_step=_POINT.itemsize * len(rows),
-        data=rows.view(np.uint8).reshape(-1),
-        is_dense=True,
+        point_step=rows.itemsize,
+        row_step=rows.itemsize * rows.shape[1],
+        data=rows.reshape(-1).view(np.uint8),
+        is_dense=bool(np.isfinite(rows["x"]).all()),
     )
 
 
-def _middle_ring(_host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]:
-    """VRX 3's planar scan of a lidar that measures points."""
+def _vrx3_lidar(_host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]:
+    """What gz sim makes of a lidar that measures points: a row for each ring, and a planar scan of one of them."""
     config, key = sensor.config, (sensor.boat, sensor.name)
 
-    def make(reading: Reading) -> Message:
-        return _message_of(_SCAN, replace(reading, data=middle_ring(reading.data, config)))
+    def points(reading: Reading) -> Message:
+        return _cloud_message(reading, _organized(reading.data, config))
+
+    def scan(reading: Reading) -> Message:
+        return _scan(replace(reading, data=middle_ring(reading.data, config)))
 
     if config.output == "points":
-        yield Output(f"{stems.vrx3}/scan", _SCAN, make, config.rate, key, dialects=VRX3)
+        yield Output(f"{stems.vrx3}/points", "sensor_msgs/PointCloud2", points, config.rate, key, dialects=VRX3)
+        yield Output(f"{stems.vrx3}/scan", _SCAN, scan, config.rate, key, dialects=VRX3)
+
+
+def _organized(cloud: PointCloud, config: LidarConfig) -> npt.NDArray[Any]:
+    """Points (rings, samples) of every ray; infinite without a return."""
+    rows = np.zeros((config.rings, config.samples), _VRX3_POINT)
+    for name in "xyz":
+        rows[name] = np.inf
+    rows["ring"] = np.arange(config.rings)[:, np.newaxis]
+    rows[cloud.ring, _samples(cloud, config)] = _rows(_VRX3_POINT, cloud)
+    return rows
 
 
 def middle_ring(cloud: PointCloud, config: LidarConfig) -> Scan:
     """The ring halfway up as a planar scan, which Gazebo's bridge makes of a lidar of several rings."""
     first, last = config.azimuth
-    step = (last - first) / (config.samples - 1) if config.samples > 1 else 0.0
-    points, width = cloud.points[cloud.ring == config.rings // 2].astype(np.float64), abs(step) or 2.0 * np.pi
-    turned = math.copysign(1.0, step) * (np.arctan2(points[:, 1], points[:, 0]) - first)
-    index = np.minimum((np.mod(turned + 0.5 * width, 2.0 * np.pi) / width).astype(np.int64), config.samples - 1)
+    there = cloud.ring == config.rings // 2
     ranges = np.full(config.samples, np.inf, np.float32)
-    ranges[index] = np.linalg.norm(points, axis=1)
-    return Scan(ranges, first, last, step, *config.range)
+    ranges[_samples(cloud, config)[there]] = np.linalg.norm(cloud.points[there].astype(np.float64), axis=1)
+    return Scan(ranges, first, last, _step(config), *config.range)
+
+
+def _step(config: LidarConfig) -> float:
+    """Angle between two rays of a ring [rad]."""
+    first, last = config.azimuth
+    return (last - first) / (config.samples - 1) if config.samples > 1 else 0.0
+
+
+def _samples(cloud: PointCloud, config: LidarConfig) -> npt.NDArray[np.int64]:
+    """Numbers of the points' rays in their rings; of a full turn the last ray is another than the first."""
+    step, points, turn = _step(config), cloud.points.astype(np.float64), 2.0 * math.pi
+    width = abs(step) or turn
+    angles = math.copysign(1.0, step) * (np.arctan2(points[:, 1], points[:, 0]) - config.azimuth[0])
+    angles -= turn * np.floor((angles + 0.5 * width) / (turn + width))
+    return np.minimum(((angles + 0.5 * width) / width).astype(np.int64), config.samples - 1)
+
+
+def _scan(reading: Reading) -> Message:
+    return _message_of(_SCAN, reading, intensities=np.zeros(len(reading.data.ranges), np.float32))
 
 
 def _fix(reading: Reading) -> Message:
@@ -302,16 +350,18 @@ def _range(reading: Reading) -> Message:
 
 
 def _odometries(_host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]:
+    """Ground truth; its twist is in the axes of the world as VRX's P3D has it, or in the boat's as gz sim has it."""
     config = sensor.config
-    make = partial(_odometry, f"{sensor.boat}/{config.link}", config.noise**2)
-    output = Output(stems.vrx, "nav_msgs/Odometry", make, config.rate, (sensor.boat, sensor.name))
-    yield from with_vrx3(output, stems.vrx3)
+    for stem, own_axes, dialects in ((stems.vrx, False, VRX), (stems.vrx3, True, VRX3)):
+        make = partial(_odometry, f"{sensor.boat}/{config.link}", config.noise**2, own_axes)
+        yield Output(stem, "nav_msgs/Odometry", make, config.rate, (sensor.boat, sensor.name), dialects=dialects)
 
 
-def _odometry(child: str, variance: float, reading: Reading) -> Message:
+def _odometry(child: str, variance: float, own_axes: bool, reading: Reading) -> Message:
     """The pose and twist of the frame `child` in `map`, with noise of a `variance` on the twist [m2/s2, rad2/s2]."""
     truth: Truth = reading.data
-    twist = truth.velocity, truth.angular_velocity
+    turn = rotation_matrix(truth.orientation).T if own_axes else np.eye(3)
+    twist = turn @ truth.velocity, turn @ truth.angular_velocity
     return odometry(reading.time, child, truth.position, truth.orientation, *twist, variance)
 
 
@@ -392,10 +442,10 @@ TOPICS: Mapping[str, SensorTopics] = {
     "lidar": SensorTopics(
         "sensors/lidars/{}_sensor",
         (
-            SensorTopic("/points", "sensor_msgs/PointCloud2", _points, asked=lambda c: c.output == "points"),
-            SensorTopic("/scan", _SCAN, asked=lambda c: c.output == "scan"),
+            SensorTopic("/points", "sensor_msgs/PointCloud2", _points, (), asked=lambda c: c.output == "points"),
+            SensorTopic("/scan", _SCAN, _scan, asked=lambda c: c.output == "scan"),
         ),
-        _middle_ring,
+        _vrx3_lidar,
     ),
     "gps": SensorTopics(
         "sensors/gps/gps",

@@ -136,17 +136,22 @@ def world_outputs(host: Host, boat_frames: Sequence[BoatFrames], clock_rate: flo
 
 
 def _wind(host: Host) -> Iterator[Output]:
-    """Speed [m/s], and where the wind blows to [degrees], counter-clockwise from true east, from -180 to 180."""
+    """Speed [m/s], and where the wind blows to [degrees], counter-clockwise from true east.
+
+    VRX gives a direction from -180 to 180, VRX 3 one as in its worlds' files, from 0 to 360.
+    """
 
     def speed() -> Message:
         return new("std_msgs/Float64", data=host.sim.wind.speed)
 
-    def direction() -> Message:
+    def direction(wrap: Callable[[float], float]) -> Message:
         toward = host.sim.wind.direction + host.sim.world.parameters.x_from_east
-        return new("std_msgs/Float64", data=math.degrees(math.remainder(toward, math.tau)))
+        return new("std_msgs/Float64", data=math.degrees(wrap(toward)))
 
-    for name, make in (("/vrx/debug/wind/speed", speed), ("/vrx/debug/wind/direction", direction)):
-        yield from with_vrx3(Output(name, "std_msgs/Float64", make, _WIND_RATE, recorded="rows"), name)
+    stem, topic = "/vrx/debug/wind", partial(Output, type="std_msgs/Float64", rate=_WIND_RATE, recorded="rows")
+    yield from with_vrx3(topic(f"{stem}/speed", make=speed), f"{stem}/speed")
+    yield topic(f"{stem}/direction", make=partial(direction, lambda angle: math.remainder(angle, math.tau)))
+    yield in_vrx3(topic("", make=partial(direction, lambda angle: angle % math.tau)), f"{stem}/direction")
 
 
 def _contacts(host: Host) -> Message:

@@ -198,7 +198,7 @@ def test_sensor_files_of_earlier_releases_still_expand(tmp_path):
 def test_arguments_are_those_of_the_file_but_for_what_has_parameters_of_its_own():
     spaces = ("thruster", "camera", "sensor", "pinger", "shooter")
     assert list(arguments_of_wamv()) == [
-        "thruster_config", *FLAGS, "sensor_errors", "camera_info", "camera_labels",
+        "thruster_config", *FLAGS, "sensor_errors", "camera_info", "camera_labels", "release",
         *(f"{space}_namespace" for space in spaces),
     ]  # fmt: skip
 

@@ -330,7 +330,7 @@ NEWER = """
   <update_rate>20</update_rate></sensor></gazebo>
 <gazebo reference="wamv/imu_link"><sensor type="imu" name="imu_sensor"><update_rate>100</update_rate><imu>
   <angular_velocity><x><noise type="gaussian"><stddev>0.009</stddev><bias_mean>0.00075</bias_mean>
-  <dynamic_bias_stddev>0.00002</dynamic_bias_stddev>
+  <bias_stddev>0.005</bias_stddev><dynamic_bias_stddev>0.00002</dynamic_bias_stddev>
   <dynamic_bias_correlation_time>400</dynamic_bias_correlation_time></noise></x></angular_velocity></imu></sensor></gazebo>
 <gazebo reference="wamv/lidar_link"><sensor type="gpu_ray" name="lidar_sensor"><update_rate>10</update_rate><ray><scan>
   <horizontal><samples>1875.0</samples><min_angle>-3.14</min_angle><max_angle>3.14</max_angle></horizontal>
@@ -368,8 +368,10 @@ def test_newer_vrxs_sensors_are_read(newer):
     assert (found["eye"].far, found["gps"].rate, found["imu"].rate) == (400, 20, 100)
     rates = found["imu"].angular_velocity
     assert (rates.noise[0], rates.offset[0], rates.noise[1]) == (0.009, 0.00075, 0)
-    assert rates.drift[0] == pytest.approx(2e-5 * math.sqrt(200))  # stationary deviation, by hand
-    assert rates.drift_frequency[0] == pytest.approx(1 / 400)
+    assert rates.drift[0] == pytest.approx(math.hypot(0.005, 2e-5 * math.sqrt(200)))  # stationary deviation, by hand
+    assert rates.drift[0] * math.sqrt(2 * rates.drift_frequency[0]) == pytest.approx(2e-5)  # wander in 1 s
+    assert found["eye"].info == "vrx3"  # of gz sim itself, without a plugin
+    assert found["receiver"].beacon == (-528, 191, -2)
     assert (found["lidar"].output, found["lidar"].samples, found["lidar"].rings) == ("points", 1875, 16)
     assert found["shooter"].impulse == pytest.approx(0.26)  # 65 N for 4 ms
     assert (found["receiver"].range_noise, found["receiver"].bearing_noise) == (3, 0)

@@ -27,7 +27,19 @@ from vrx_mj.ros.messages import decode, encode
 from vrx_mj.ros.table.sensing import sensor_outputs
 from vrx_mj.sensors import truth
 from vrx_mj.sensors.instruments import Draw, fix, inertia
-from vrx_mj.sensors.readings import ApparentWind, Echo, Heading, Image, Label, Labels, Place, PointCloud, Reading, Sound
+from vrx_mj.sensors.readings import (
+    ApparentWind,
+    Echo,
+    Heading,
+    Image,
+    Label,
+    Labels,
+    Place,
+    PointCloud,
+    Reading,
+    Sound,
+    Truth,
+)
 from vrx_mj.sensors.view import intrinsics
 
 
@@ -45,17 +57,40 @@ def made(config, tail, data, dialect="vrx"):
     return output.make(Reading(config.name, config.type, 1.5, 3, f"a/{config.link}", data))
 
 
-def test_a_cloud_is_one_row_of_points_of_18_bytes():
+def test_a_cloud_is_one_row_of_points_of_22_bytes():
+    """As of velodyne's plugin since 1.0.10."""
     points = np.arange(15, dtype=np.float32).reshape(5, 3)
     cloud = PointCloud(points, np.zeros(5, np.float32), np.arange(5, dtype=np.uint16))
     message = made(LidarConfig(name="lidar", link="lidar"), "/points", cloud)
-    assert (message.height, message.width, message.point_step, message.row_step) == (1, 5, 18, 90)
+    assert (message.height, message.width, message.point_step, message.row_step) == (1, 5, 22, 110)
     assert len(message.data) == message.height * message.row_step
     offsets = {field.name: field.offset for field in message.fields}
     for number in range(5):
         row = message.data[number * message.point_step :].tobytes()
         assert np.frombuffer(row, "<f4", 1, offsets["y"])[0] == points[number, 1]
         assert np.frombuffer(row, "<u2", 1, offsets["ring"])[0] == number
+        assert np.frombuffer(row, "<f4", 1, offsets["time"])[0] == 0.0
+
+
+@pytest.mark.parametrize("azimuth", [(-math.pi, math.pi), (0.5, -1.0), (3.0, 4.0)])
+def test_gz_sims_cloud_has_a_row_for_each_ring_and_a_point_for_each_ray(azimuth):
+    """Layout and infinities as gz-sensors 8 has them; both ends of a full turn are rays of their own."""
+    config = LidarConfig(name="lidar", link="lidar", rings=3, samples=9, azimuth=azimuth)
+    ways = np.linspace(*azimuth, 9)
+    rays = [(ring, sample) for sample in range(9) for ring in range(3) if (ring, sample) != (1, 4)]
+    points = [[(2 + s) * math.cos(ways[s]), (2 + s) * math.sin(ways[s]), 0.1 * ring] for ring, s in rays]
+    rings = np.array([ring for ring, _ in rays], np.uint16)
+    message = made(config, "/points", PointCloud(np.array(points, np.float32), np.zeros(26, np.float32), rings), "vrx3")
+    assert (message.height, message.width, message.point_step, message.row_step) == (3, 9, 32, 288)
+    assert [(field.name, field.offset) for field in message.fields] == [
+        ("x", 0), ("y", 4), ("z", 8), ("intensity", 16), ("ring", 24),
+    ]  # fmt: skip
+    rows = message.data.view("<f4").reshape(3, 9, 8)
+    expected = np.broadcast_to(2.0 + np.arange(9), (3, 9)).copy()
+    expected[1, 4] = np.inf
+    assert np.hypot(rows[..., 0], rows[..., 1]) == pytest.approx(expected)
+    assert message.data.reshape(3, 9, 32)[..., 24].tolist() == [[0] * 9, [1] * 9, [2] * 9]
+    assert not message.is_dense
 
 
 @pytest.mark.parametrize(("bearing", "elevation"), [(0.0, 0.0), (0.7, 0.0), (0.0, -0.4), (-2.5, 0.3)])
@@ -185,3 +220,16 @@ def test_the_truth_states_the_variance_of_its_velocities():
     message = made(config, "/p3d", truth(config, AT_REST, DRAW))
     assert message.twist.covariance.tolist() == pytest.approx(diagonal(*[0.01] * 6))
     assert message.pose.covariance.tolist() == [0.0] * 36
+
+
+def test_the_truths_twist_is_in_the_worlds_axes_and_on_ros_2_in_the_boats():
+    """Of a boat that heads and goes north."""
+    config, half = P3dConfig(name="p3d", link="base_link"), math.sqrt(0.5)
+    north = Truth(np.zeros(3), np.array([half, 0.0, 0.0, half]), np.array([0.0, 2.0, 0.0]), np.array([0.3, 0.0, 0.1]))
+    for tail, dialect, linear, angular in (
+        ("/p3d", "vrx", (0, 2, 0), (0.3, 0, 0.1)),
+        ("/ground_truth_odometry", "vrx3", (2, 0, 0), (0, -0.3, 0.1)),
+    ):
+        twist = made(config, tail, north, dialect).twist.twist
+        assert (twist.linear.x, twist.linear.y, twist.linear.z) == pytest.approx(linear)
+        assert (twist.angular.x, twist.angular.y, twist.angular.z) == pytest.approx(angular)

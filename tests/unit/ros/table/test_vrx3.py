@@ -382,14 +382,14 @@ def test_the_scan_is_the_ring_halfway_up():
     """Second implementation: each ray by itself."""
     config = LidarConfig(name="l", link="l", rings=4, samples=9, azimuth=(-math.pi, math.pi), range=(0.1, 50.0))
     ways = [-math.pi + 2 * math.pi / 8 * number for number in range(9)]
-    rays = [(ring, way, 1.0 + ring + 0.1 * number) for number, way in enumerate(ways[:8]) for ring in range(4)]
+    rays = [(ring, way, 1.0 + ring + 0.1 * number) for number, way in enumerate(ways) for ring in range(4)]
     rays = [ray for ray in rays if ray[:2] != (2, ways[3])]  # no return
     points = np.array([(r * math.cos(way), r * math.sin(way), 0.0) for _, way, r in rays], np.float32)
     rings = np.array([ring for ring, _, _ in rays], np.uint16)
     scan = middle_ring(PointCloud(points, np.zeros(len(rays), np.float32), rings), config)
-    expected = [3.0 + 0.1 * number for number in range(8)]
+    expected = [3.0 + 0.1 * number for number in range(9)]
     expected[3] = math.inf
-    assert scan.ranges[:8].tolist() == pytest.approx(expected)
+    assert scan.ranges.tolist() == pytest.approx(expected)
     assert (scan.angle_min, scan.angle_max, scan.angle_increment) == pytest.approx((-math.pi, math.pi, math.pi / 4))
 
 
