@@ -333,8 +333,8 @@ def _info(task: Mapping[str, Any]) -> Message:
     times = {"ready_time": stamp, "running_time": stamp, "elapsed_time": duration, "remaining_time": duration}
     values = {name: task[name] for name in fields(_INFO_TYPE)}
     if not has_started(task["state"]):
-        values["remaining_time"] = 0.0  # as in VRX, which counts down from the start of running
-    return new(_INFO_TYPE, **values | {name: make(task[name]) for name, make in times.items()})
+        values["remaining_time"] = 0.0  # VRX counts it from the start of running
+    return new(_INFO_TYPE, **values | {name: make(values[name]) for name, make in times.items()})
 
 
 def _info_parameters(host: Host) -> Message:

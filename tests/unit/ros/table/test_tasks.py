@@ -119,6 +119,13 @@ def test_task_info_is_parameters(tasks):
     assert (info.header.stamp.sec, info.header.stamp.nanosec) == (42, 500_000_000)
 
 
+@pytest.mark.parametrize(("state", "left"), [("initial", 0), ("ready", 0), ("running", 287), ("finished", 287)])
+def test_no_time_is_left_before_the_run(state, left):
+    host = SimpleNamespace(sim=SimpleNamespace(task={**TASK, "type": "perception", "state": state}))
+    info = next(task_outputs(host)).make()
+    assert info.remaining_time.sec == left
+
+
 @pytest.mark.parametrize(
     ("name", "frame"), [("/vrx/stationkeeping/goal", ""), ("/vrx/wildlife/animal1/pose", "turtle")]
 )
