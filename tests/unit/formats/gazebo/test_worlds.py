@@ -194,30 +194,6 @@ def test_each_scoring_plugin_is_a_task(task, newer):
     assert world.section["task"] == {"boat": "cat", "initial_state_duration": 5.0, **EXPECTED[task]}
 
 
-def test_the_navigation_plugin_of_vrx_3_gives_points():
-    inner = f"<task_name>navigation</task_name>{TASKS['navigation']}"
-    world = said(
-        f'<plugin filename="libNavigationScoringPlugin.so" name="vrx::NavigationScoringPlugin">{inner}</plugin>'
-    )
-    assert world.section["task"]["type"] == "follow_path"
-
-
-def test_an_animal_may_be_a_model_in_a_model_and_swims():
-    follow = '<plugin filename="libfollow_plugin.so"><circle><radius>3</radius></circle></plugin>'
-    croc = f"<include><name>croc</name><uri>model://crocodile_static</uri>{follow}</include>"
-    links = {"pen": "croc::link", "lone": "lone::link"}
-    rows = (f"<model_name>{model}</model_name><link_name>{link}</link_name>" for model, link in links.items())
-    buoys = "".join(f"<buoy>{row}<goal>avoid</goal></buoy>" for row in rows)
-    said(
-        f'<model name="pen"><pose>30 0 0 0 0 0</pose>{croc}</model>'
-        "<include><name>lone</name><uri>model://turtle_static</uri><pose>60 0 0 0 0 0</pose></include>"
-        f'<plugin filename="libwildlife_scoring_plugin.so"><vehicle>wamv</vehicle><buoys>{buoys}</buoys></plugin>'
-    )
-    found = vrx_mj.compile_world("bay.world", fleet="single").parameters
-    assert [animal.name for animal in found.task.animals] == ["pen/croc", "lone"]
-    assert [one.waypoint_count for one in found.followers] == [8]
-
-
 @pytest.mark.parametrize("heading", [0.0, 180.0, -37.0])
 @pytest.mark.parametrize("task", ["stationkeeping", "wayfinding"])
 def test_a_geodetic_goal_keeps_its_yaw_from_x_in_a_turned_world(task, heading):
