@@ -59,7 +59,7 @@ class Stationkeeping(Rules):
         """The goal from `ready` on, and the errors while it runs."""
         if status.phase == "initial":
             return {}
-        return {"goal": dict(self._shown), "pose_error": self.state.error, "mean_pose_error": status.score}
+        return {"goal": dict(self._shown), **self.state.outputs}
 
 
 @dataclass
@@ -110,11 +110,8 @@ class Wayfinding(Rules):
         """The waypoints from `ready` on, and the errors while it runs."""
         if status.phase == "initial":
             return {}
-        return {
-            "waypoints": [dict(each) for each in self._shown],
-            "min_errors": list(self.state.errors),
-            "mean_error": status.score,
-        }
+        errors = {"min_errors": list(self.state.errors), "mean_error": status.score}
+        return {"waypoints": [dict(each) for each in self._shown], **(errors if self.state.errors else {})}
 
 
 Side = Literal["outside", "before", "after"]
@@ -357,12 +354,7 @@ class Gymkhana(Rules):
         """The beacon's place from `ready` on, the distances while it runs, and how the channel goes."""
         if status.phase == "initial":
             return {"channel": self._channel.info}
-        return {
-            "goal": tree_of(self._pinger),
-            "pose_error": self._sums.error,
-            "mean_pose_error": self._sums.mean,
-            "channel": self._channel.info,
-        }
+        return {"goal": tree_of(self._pinger), **self._sums.outputs, "channel": self._channel.info}
 
     def _watch_channel(self, frame: Frame, referee: Referee) -> None:
         for text, level in self._channel.look(frame).lines:

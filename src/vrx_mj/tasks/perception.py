@@ -245,6 +245,4 @@ class AcousticTracking(Rules):
 
     def outputs(self, status: TaskStatus) -> Outputs:
         """The errors, once it runs."""
-        if not self.state.frames:
-            return {}
-        return {"pose_error": self.state.error, "mean_pose_error": self.state.mean}
+        return self.state.outputs

@@ -236,6 +236,11 @@ class RunningMean:
         """Mean error [m]; 0 before the first frame."""
         return self.total / self.frames if self.frames else 0.0
 
+    @property
+    def outputs(self) -> "Outputs":
+        """What a team sees of the errors: nothing before the first frame."""
+        return {"pose_error": self.error, "mean_pose_error": self.mean} if self.frames else {}
+
     def add(self, error: float) -> float:
         """Take in the error of a frame [m]; returns the mean."""
         self.frames, self.total, self.error = self.frames + 1, self.total + error, error

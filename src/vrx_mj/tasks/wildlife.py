@@ -6,7 +6,7 @@ engagement. The boat circles by crossing eight times in the right sense without 
 
 import math
 from dataclasses import dataclass, field
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -26,7 +26,9 @@ _KIND_BY_GOAL = {
     "circumnavigate_counterclockwise": "turtle",
 }
 """What kind of animal teams see: VRX goes by the goal, not by the model."""
-_ANIMAL_KEYS = frozenset({"name", "x", "y", "z", "latitude", "longitude"})
+_NUMBERS = ("x", "y", "z", "yaw")
+"""Keys of an animal's place in the world frame [m, rad]."""
+_ANIMAL_KEYS = frozenset({"name", *_NUMBERS, "latitude", "longitude"})
 """Keys of an animal, as teams see it."""
 
 
@@ -128,7 +130,7 @@ class Wildlife(Rules):
             StateError: it has not.
         """
         for animal in state.animals:
-            if animal.keys() != _ANIMAL_KEYS or not all(isinstance(animal[axis], int | float) for axis in "xyz"):
+            if animal.keys() != _ANIMAL_KEYS or not all(isinstance(animal[key], int | float) for key in _NUMBERS):
                 raise StateError(f"the state does not fit the task: an animal needs {', '.join(sorted(_ANIMAL_KEYS))}")
 
     def outputs(self, status: TaskStatus) -> Outputs:
@@ -210,5 +212,5 @@ class Wildlife(Rules):
 
 
 def _announcement(animal: tasks.Animal, pose: Pose) -> dict[str, str | float | None]:
-    place: dict[str, Any] = {"x": pose.x, "y": pose.y, "z": pose.z, "latitude": None, "longitude": None}
+    place = {"x": pose.x, "y": pose.y, "z": pose.z, "yaw": pose.yaw, "latitude": None, "longitude": None}
     return {"name": _KIND_BY_GOAL[animal.goal], **place}

@@ -226,6 +226,9 @@ def test_xml_in_a_yaml_file_is_called_xml(here):
     ("station_keeping", "VRX's station_keeping.launch opens 'stationkeeping_task'"),
     ("competition.launch.py", "VRX's competition.launch.py opens 'vrx2023/sydney_regatta'"),
     ("nbpark", "VRX's nbpark.world is 'vrx2023/nbpark'"),
+    ("practice_2023_wildlife0_task", "VRX's practice_2023_wildlife0_task is 'vrx2023/practice/wildlife0'"),
+    ("phase2_2023_perception5", "VRX's phase2_2023_perception5 is 'vrx2023/phase2/perception5'"),
+    ("2022_practice/gymkhana1", "VRX's gymkhana1 is 'vrx2022/practice/gymkhana1'"),
     ("oceon", "did you mean 'ocean'?"),
 ])  # fmt: skip
 def test_names_of_vrx_lead_to_ours(name, advice):

@@ -296,13 +296,13 @@ def test_animals_are_told_by_their_goal():
     """VRX names them by what is to be done, whatever they look like."""
     wrong = {"name": "croc", "model": "crocodile_buoy", "goal": "circumnavigate_clockwise"}
     run = Run(wildlife(wrong, TURTLE, {**PLATYPUS, "goal": "avoid"}))
-    run.go(AWAY, croc=(-101.0, 2.0))
+    run.go(AWAY, croc=(-101.0, 2.0, 0.5))
     nowhere = {"z": 0.0, "latitude": None, "longitude": None}
     assert run.referee.outputs == {
         "animals": [
-            {"name": "platypus", "x": -101.0, "y": 2.0} | nowhere,
-            {"name": "turtle", "x": 0.0, "y": 0.0} | nowhere,
-            {"name": "crocodile", "x": 0.0, "y": 100.0} | nowhere,
+            {"name": "platypus", "x": -101.0, "y": 2.0, "yaw": pytest.approx(0.5)} | nowhere,
+            {"name": "turtle", "x": 0.0, "y": 0.0, "yaw": 0.0} | nowhere,
+            {"name": "crocodile", "x": 0.0, "y": 100.0, "yaw": 0.0} | nowhere,
         ]
     }
     run.referee.outputs["animals"][0]["x"] = 9.0  # what was handed out is nobody else's

@@ -47,6 +47,8 @@ _LOCKS = ("wamv_locked", "robot_locked")
 """Arguments that hold a boat in its place."""
 PLACES = {"sandisland": "sand_island", "sydneyregatta": "sydney_regatta", "nbpark": "vrx2023/nbpark"}
 """World files of VRX that have other names here."""
+_SERIES = re.compile(r"(?:(\d{4})_(practice|phase\d)/(\w+)|(practice|phase\d)_(\d{4})_(\w+?)(?:_task)?)")
+"""The end of the path of a world of a competition in VRX, up to 2022 and since, without the file's suffix."""
 _ENDINGS = (".launch.py", ".launch.xml", ".launch", ".world.xacro", ".world", ".sdf")
 _TOOLS: Mapping[str, Mapping[str, Any]] = TABLE["tools"]
 """VRX's launch files that open no world here: the `command` that does the work of each, its `options` by the names of
@@ -280,11 +282,24 @@ LAUNCHED: Mapping[str, str] = {
 """Worlds that VRX's launch files open if nothing else is said, where these have other names."""
 
 
+def world_of_series(path: str) -> str:
+    """The name here of a world of a competition, by its path in VRX; empty for another."""
+    *folders, file = PurePosixPath(path).parts[-2:] or ("",)
+    stem = file.partition(".")[0]
+    found = _SERIES.fullmatch("/".join([*folders, stem])) or _SERIES.fullmatch(stem)
+    if found is None:
+        return ""
+    year, part, name = found.groups()[:3] if found[1] else (found[5], found[4], found[6])
+    return f"vrx{year}/{part}/{name}"
+
+
 def world_message(name: str, known: Container[str]) -> str | None:
     """The message about a name that VRX has for a launch file or a world; None: it has no such name."""
     base = Path(name).name
     stem = next((base[: -len(end)] for end in _ENDINGS if base.lower().endswith(end)), base)
     ending = base[len(stem) :]
+    if (series := world_of_series(name)) in known:
+        return f"VRX's {base} is '{series}'"
     launched = LAUNCHED.get(stem) if not ending or ending.startswith(".launch") else None
     place = PLACES.get(stem) if not ending.startswith(".launch") else None
     if launched and place:
@@ -346,7 +361,11 @@ def _words(options: Mapping[str, Sequence[str]], given: Mapping[str, str]) -> It
         if option == "--locked":
             yield from ["--locked"] if value.lower() in {"true", "1"} else []
         elif value:
-            yield from (f"{option}{value}",) if option.endswith("/") else filter(None, (option, shell_word(value)))
+            yield from (
+                (world_of_series(value) or f"{option}{value}",)
+                if option.endswith("/")
+                else filter(None, (option, shell_word(value)))
+            )
 
 
 def _is_nowhere(path: str) -> bool:
@@ -365,7 +384,7 @@ def named_world(path: str) -> Path | str:
     parts = PurePosixPath(path).parts
     stem = parts[-1].partition(".")[0]
     known = catalogue("worlds")
-    names = (f"vrx2019/{stem}" if "vrx_2019" in parts else stem, PLACES.get(stem, stem))
+    names = (world_of_series(path), f"vrx2019/{stem}" if "vrx_2019" in parts else stem, PLACES.get(stem, stem))
     found = next((name for name in names if name in known), None) or _link_target(path) or _link_target(f"{path}.xacro")
     if found is None:
         raise UnknownNameError("world of VRX", stem, known)

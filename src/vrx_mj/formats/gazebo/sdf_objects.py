@@ -141,7 +141,9 @@ def _composite(source: Source, report: Report) -> Content:
             continue
         model = name if name in known else f"{SCHEME}{name}"
         pose = pose_of(include) if name in known else pose_of_included(include, folder)
-        objects.append({"name": include.text("name") or name, "model": At(model, include.place), "pose": pose})
+        path = follow_path(include, report)
+        swims = {"path": At(path, include.place)} if path else {}
+        objects.append({"name": include.text("name") or name, "model": At(model, include.place), "pose": pose, **swims})
         report.note(include, "imported", "`objects`")
     if not objects:
         names = ", ".join(dict.fromkeys(map(model_name, source.model.all("include"))))

@@ -202,9 +202,20 @@ def _wayfinding(plugin: Element, *_: object) -> Content:
     return {"type": "wayfinding", "waypoints": poses}
 
 
+def _wildlife(plugin: Element, *_: object) -> Content:
+    """Animals by the names of their models; a link's name has before it that of a model in the model."""
+    animals = []
+    for buoy in plugin.all("buoys/buoy"):
+        row = buoy.fields("animal")
+        inner = buoy.text("link_name").removeprefix(f"{row['name']}::").split("::")[:-1]
+        animals.append(At(row | {"name": "/".join([row["name"], *inner])}, buoy.place))
+    return {"type": "wildlife", "animals": animals, **plugin.fields("wildlife")}
+
+
 def _navigation(plugin: Element, *_: object) -> Content:
+    """A channel of VRX classic, or a path of VRX 3, whose plugin of that name gives points."""
     points = plugin.fields("navigation points")
-    by_points = bool(points) or plugin.text("task_name") == "follow_path"
+    by_points = bool(points) or plugin.attribute("name").startswith("vrx::")
     return {"type": "follow_path" if by_points else "navigation_course", **_channel(plugin), **points}
 
 
@@ -255,5 +266,5 @@ def _targets(targets: Sequence[Element], bays: int) -> Content:
 _TASKS: Mapping[str, Callable[[Element, Sequence[Element], Sequence[Content]], Content]] = {
     "acousticperception": _by_rows, "acoustictracking": _by_rows, "gymkhana": _gymkhana,
     "navigation": _navigation, "perception": _by_rows, "scandock": _scan_dock,
-    "stationkeeping": _stationkeeping, "wayfinding": _wayfinding, "wildlife": _by_rows,
+    "stationkeeping": _stationkeeping, "wayfinding": _wayfinding, "wildlife": _wildlife,
 }  # fmt: skip

@@ -4,7 +4,7 @@ import json
 import math
 import os
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache, lru_cache, partial
 from typing import Any
 
@@ -24,6 +24,7 @@ from vrx_mj.ros.table.boats import UNTURNED, WORLD_FRAME, BoatFrames, transform
 from vrx_mj.ros.table.host import Host, collision_name, header
 from vrx_mj.ros.table.viewers import START
 from vrx_mj.tasks import TASK_KINDS, Form
+from vrx_mj.tasks.referee import has_started
 
 _WORLD = "/vrx_mj/world"
 """Topic of the world's description."""
@@ -225,7 +226,8 @@ def _outputs(host: Host, kind: str) -> Iterator[Output]:
             make = partial(_output, host, key, convert)
             rate = _TASK_RATE if form in {"number", "numbers"} else 0.0
             output = Output(f"{stem}/{key}", form_type, make, rate, latched=not rate)
-            yield from with_vrx3(output, f"{vrx3_stem}/{key}")
+            yield output
+            yield replace(in_vrx3(output, f"{vrx3_stem}/{key}"), rate=_TASK_RATE)  # subscriptions there are volatile
     yield from topics.outputs(host)
 
 
@@ -335,7 +337,9 @@ def _task(host: Host) -> Mapping[str, Any]:
 def _info(task: Mapping[str, Any]) -> Message:
     times = {"ready_time": stamp, "running_time": stamp, "elapsed_time": duration, "remaining_time": duration}
     values = {name: task[name] for name in fields(_INFO_TYPE)}
-    return new(_INFO_TYPE, **values | {name: make(task[name]) for name, make in times.items()})
+    if not has_started(task["state"]):
+        values["remaining_time"] = 0.0  # VRX counts it from the start of running
+    return new(_INFO_TYPE, **values | {name: make(values[name]) for name, make in times.items()})
 
 
 def _info_parameters(host: Host) -> Message:
@@ -393,11 +397,10 @@ def _animals(host: Host) -> Message | None:
     return _path(time, [_place(time, animal["name"], animal) for animal in animals])
 
 
-def _contact(host: Host) -> Message | None:
-    """The first contact of the boat that has the task, by Gazebo's names of collisions; None without one."""
-    for _, (first, second) in _touches(host, [_task(host)["boat"]]):
-        return new("vrx_gazebo/Contact", header=header(host.sim.time), collision1=first, collision2=second)
-    return None
+def _contact(host: Host) -> list[Message]:
+    """All contacts of the boat that has the task, by Gazebo's names of collisions."""
+    touches, now = _touches(host, [_task(host)["boat"]]), header(host.sim.time)
+    return [new("vrx_gazebo/Contact", header=now, collision1=one, collision2=two) for _, (one, two) in touches]
 
 
 @dataclass(frozen=True)

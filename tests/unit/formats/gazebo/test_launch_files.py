@@ -242,6 +242,7 @@ def test_a_package_is_found_above_its_launch_files(tmp_path):
         ("vrx_gazebo)/worlds/gymkhana", "gymkhana"),
         ("vrx_gazebo)/worlds/sydneyregatta", "sydney_regatta"),
         ("vrx_2019)/worlds/dock", "vrx2019/dock"),
+        ("vrx_gazebo)/worlds/2019_phase2/dock0", "vrx2019/phase2/dock0"),
         ("vrx_2019)/worlds/sandisland", "sand_island"),
         ("wave_gazebo)/worlds/ocean_buoys", "ocean_buoys"),
     ],

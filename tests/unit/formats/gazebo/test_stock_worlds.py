@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+import vrx_mj
 from gazebo_files import classic_text, newer_text
 from vrx_mj.config.search import catalogue
 from vrx_mj.config.world import load_world
@@ -63,3 +64,30 @@ def test_so_are_the_others_of_each_series(year):
     assert len(others) > 40
     for name in others:
         test_a_world_of_vrx_is_the_shipped_one(name)
+
+
+def test_the_navigation_plugin_of_vrx_3_gives_points_by_its_name_alone():
+    text = newer_text("vrx2023/navigation_task")
+    for tag in ("points_per_gate_crossed", "bonus"):
+        text = re.sub(f"<{tag}>.*?</{tag}>", "", text)
+    text = text.replace('name="plugin" filename="libNav', 'name="vrx::NavigationScoringPlugin" filename="libNav')
+    assert read(text).task.type == "follow_path"
+
+
+def test_an_animal_may_be_a_model_in_a_model_and_swims():
+    """As in wildlife3 to 5 of VRX 2022."""
+    follow = '<plugin filename="libfollow_plugin.so"><circle><radius>3</radius></circle></plugin>'
+    croc = f"<include><name>croc</name><uri>model://crocodile_static</uri>{follow}</include>"
+    links = {"pen": "croc::link", "lone": "lone::link"}
+    rows = (f"<model_name>{model}</model_name><link_name>{link}</link_name>" for model, link in links.items())
+    buoys = "".join(f"<buoy>{row}<goal>avoid</goal></buoy>" for row in rows)
+    text = (
+        f'<sdf version="1.6"><world name="bay"><model name="pen"><pose>30 0 0 0 0 0</pose>{croc}</model>'
+        "<include><name>lone</name><uri>model://turtle_static</uri><pose>60 0 0 0 0 0</pose></include>"
+        f'<plugin filename="libwildlife_scoring_plugin.so"><vehicle>wamv</vehicle><buoys>{buoys}</buoys></plugin>'
+        "</world></sdf>"
+    )
+    Path("bay.world").write_text(text, encoding="utf-8")
+    found = vrx_mj.compile_world("bay.world", fleet="single").parameters
+    assert [animal.name for animal in found.task.animals] == ["pen/croc", "lone"]
+    assert [one.waypoint_count for one in found.followers] == [8]

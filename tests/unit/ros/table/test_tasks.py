@@ -88,12 +88,14 @@ def test_tasks_have_vrx_3s_topics_and_types(tasks):
 
 
 @pytest.mark.parametrize("kind", TASK_KINDS)
-def test_what_goes_out_at_no_rate_is_latched(kind, monkeypatch):
+def test_what_goes_out_at_no_rate_is_latched_and_comes_once_a_second_in_vrx_3(kind, monkeypatch):
     monkeypatch.setenv("VRX_DEBUG", "false")
     world = SimpleNamespace(parameters=partial({"task": {"type": kind, "animals": [{}]}}))
     host = SimpleNamespace(sim=SimpleNamespace(task={**TASK, "type": kind}, world=world))
     outputs = list(task_outputs(host))
-    assert {one.name: one.latched for one in outputs} == {one.name: one.rate == 0.0 for one in outputs}
+    classic = [one for one in outputs if "vrx" in one.dialects]
+    assert [one.latched for one in classic] == [one.rate == 0.0 for one in classic]
+    assert {one.rate for one in outputs if "vrx3" in one.dialects} == {1.0}
 
 
 def test_task_info_is_parameters(tasks):
@@ -115,6 +117,13 @@ def test_task_info_is_parameters(tasks):
         "score": 4.5,
     }
     assert (info.header.stamp.sec, info.header.stamp.nanosec) == (42, 500_000_000)
+
+
+@pytest.mark.parametrize(("state", "left"), [("initial", 0), ("ready", 0), ("running", 287), ("finished", 287)])
+def test_no_time_is_left_before_the_run(state, left):
+    host = SimpleNamespace(sim=SimpleNamespace(task={**TASK, "type": "perception", "state": state}))
+    info = next(task_outputs(host)).make()
+    assert info.remaining_time.sec == left
 
 
 @pytest.mark.parametrize(

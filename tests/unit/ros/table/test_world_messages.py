@@ -58,15 +58,16 @@ def test_all_contacts_of_boats_are_told_with_place_normal_and_depth(host):
     assert message.contacts[0].collision1.type == message.contacts[0].collision2.type
 
 
-def test_the_first_contact_of_the_tasks_boat_is_told(host):
+def test_all_contacts_of_the_tasks_boat_are_told(host):
     host.sim.task = {"boat": "a"}
-    assert world._contact(host) is None
+    assert world._contact(host) == []
     host.sim.data.contact = [contact(1, 2), contact(0, 2, 0.0), contact(2, 0), contact(0, 1)]
-    message = world._contact(host)
-    assert (message.collision1, message.collision2) == ("buoy::ball::ball", "a::a/base_link::hull")
-    assert message.header.stamp.sec == 7
+    messages, hull = world._contact(host), "a::a/base_link::hull"
+    pairs = [(one.collision1, one.collision2) for one in messages]
+    assert pairs == [("buoy::ball::ball", hull), (hull, "dock::plank::collision")]
+    assert {one.header.stamp.sec for one in messages} == {7}
     host.sim.task = {"boat": "ab"}
-    assert world._contact(host) is None
+    assert world._contact(host) == []
 
 
 @pytest.mark.parametrize("debug", ["true", "false"])
