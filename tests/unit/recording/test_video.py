@@ -132,10 +132,10 @@ def test_the_eye_above_has_all_boats_in_its_picture_at_all_times_and_north_up():
     ],
 )
 def test_the_picture_from_above_has_the_boats_in_its_middle_and_a_margin_around_them(apart, half):
-    paths = [straight(0.0), straight(0.0, 20.0) + (0.0, *apart, 0.0)]
+    paths = [straight(0.0), np.add(straight(0.0, 20.0), (0.0, *apart, 0.0))]
     above = Above(paths, 0.5, 1.6)
     for time, middle in ((15.0, np.array(apart) / 2.0), (25.0, np.zeros(2)), (40.0, np.array(apart) / 2.0)):
-        corner = middle + (1.6 * half, half)
+        corner = np.add(middle, (1.6 * half, half))
         column, row, _ = project(view_of(above.eye(time), 1600, 1000), np.array([*corner, 0.5]), 1600, 1000)
         assert (column, row) == pytest.approx((1600.0, 0.0), abs=1e-6)
 
