@@ -172,6 +172,18 @@ def test_spans_of_rows_follow_each_other_and_leave_none_out(swimmers, change, fa
     assert fault in list(broken_references(replace(swimmers, hulls=hulls)))
 
 
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        ({"body": "x", "follower": -1}, "links[0].body: 'x' is not a body of an object"),
+        ({"follower": 0}, "links[0].follower: a link has none"),
+    ],
+)
+def test_a_link_is_a_body_of_an_object_and_follows_no_path(swimmers, change, fault):
+    links = (replace(swimmers.floats[0], **change),)
+    assert fault in broken_references(replace(swimmers, links=links))
+
+
 def test_the_version_is_read_before_all_else():
     assert format_of(b'{"format": 99, "hulls": 1}') == 99
     with pytest.raises(ValidationError):
