@@ -271,6 +271,8 @@ def test_angles_may_be_in_degrees():
 
 
 BODY = link(1.0, (1.0, 1.0, 1.0, 0.0, 0.0, 0.0), name="a", content=SPHERE)
+STILL = '<static>1</static><link name="l"><visual name="v">{}</visual></link>'
+JOINT = '<link name="b">{}</link><joint name="j" type="{}"><parent>a</parent><child>b</child></joint>'
 LIFT = (
     '<plugin filename="libbuoyancy_gazebo_plugin.so"><buoyancy name="x"><link_name>a</link_name>{}</buoyancy></plugin>'
 )
@@ -279,12 +281,10 @@ LIFT = (
 @pytest.mark.parametrize(
     ("body", "what", "why"),
     [
-        (f'{BODY}<link name="b"/><joint name="j" type="gearbox"><parent>a</parent><child>b</child></joint>',
-         "<joint> 'j'", "gearboxes are not simulated: each joint moves on its own"),
-        ('<static>1</static><link name="l"><visual name="v"><geometry><mesh><uri>buoy.txt</uri></mesh></geometry>'
-         "</visual></link>", "<mesh>", "no such mesh: 'buoy.txt'"),
-        ('<static>1</static><link name="l"><visual name="v"><geometry/></visual></link>',
-         "<visual> 'v'", "<geometry> is empty"),
+        (BODY + JOINT.format("", "gearbox"), "<joint> 'j'", "gearboxes are not simulated: each joint moves on its own"),
+        (STILL.format("<geometry><mesh><uri>buoy.txt</uri></mesh></geometry>"),
+         "<mesh>", "no such mesh: 'buoy.txt'"),
+        (STILL.format("<geometry/>"), "<visual> 'v'", "<geometry> is empty"),
         (f"{BODY}{LIFT.format('<geometry><mesh/></geometry>')}",
          "<buoyancy> 'x'", "<mesh> shapes are not supported"),
         (f"{BODY}{LIFT.format('')}", "<buoyancy> 'x'", "it has no <geometry>"),
@@ -300,8 +300,8 @@ def test_what_we_have_not_is_ignored_with_a_note(body, what, why):
     [
         ("<include><uri>model://galleon</uri></include>" * 2,
          "buoy.sdf:1:20: <model> 'buoy': none of its models is known: galleon"),
-        (f'{BODY}<link name="b"><inertial><mass>0</mass></inertial></link><joint name="j" type="revolute">'
-         "<parent>a</parent><child>b</child></joint>", "buoy.sdf:1: link 'b': needs a mass, because it moves"),
+        (BODY + JOINT.format("<inertial><mass>0</mass></inertial>", "revolute"),
+         "buoy.sdf:1: link 'b': needs a mass, because it moves"),
         (f"{BODY}<include><uri>model://broken</uri></include>",
          "broken/model.sdf:1:6: the file ends before </sdf>, which ends the <sdf> of line 1"),
     ],
