@@ -7,7 +7,7 @@ from collections import Counter
 import pytest
 
 from mutants.catalogue import KINDS, ROOT, Mutant, mutants
-from mutants.lines import FOLDER, far_line_tests, near_line_tests, write_map
+from mutants.lines import FOLDER, _within, far_line_tests, near_line_tests, write_map
 from mutants.random_mutants import SOURCES, all_of, draw, edits_of, mutable
 from mutants.run import DRAWN, EQUAL_MUTANTS, MARKS, STAGES, killed_share, table
 from mutants.scratch import nearest_tests, own_tests, related_tests
@@ -95,6 +95,12 @@ def test_mutants_equal_to_the_source_are_counted_apart_each_with_a_reason():
         assert all(len(reason.split()) > 3 for reason in edits.values())
         drawn = Counter(mutant.id.partition(": ")[2] for mutant in all_of(SOURCES / name))
         assert {drawn[edit] for edit in edits} == {1}, name
+
+
+def test_tests_are_those_of_a_file_or_of_a_folder():
+    """A module that no file of tests is near to has those of its package."""
+    one, other = "tests/unit/rl/test_a.py::test_x[1]", "tests/unit/rl_b/test_a.py::test_x"
+    assert _within([one, other], ["tests/unit/rl"]) == _within([one, other], ["tests/unit/rl/test_a.py"]) == {one}
 
 
 ALONE = """

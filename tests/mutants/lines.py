@@ -116,8 +116,10 @@ def far_line_tests(mutant: Mutant) -> list[str]:
     return [*_in_turn(widest, "["), *_in_turn(tests - widest, "::")]
 
 
-def _within(tests: Iterable[str], files: Sequence[str]) -> set[str]:
-    return {test for test in tests if test.partition("::")[0] in files}
+def _within(tests: Iterable[str], entries: Sequence[str]) -> set[str]:
+    """Those of some files and folders."""
+    begins = tuple(f"{entry}{end}" for entry in entries for end in ("::", "/"))
+    return {test for test in tests if test.startswith(begins)}
 
 
 @functools.lru_cache(maxsize=1)

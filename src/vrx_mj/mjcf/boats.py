@@ -131,8 +131,6 @@ def own_problem(urdf: Urdf, path: str, message: str) -> ConfigError:
 
 def with_places(error: ConfigError, section: Section) -> ConfigError:
     """The error with the file and line of its problems in the YAML beside a URDF, whose content is `section`."""
-    if section.place.line is None:
-        return error
     return ConfigError(
         problem_at(section, _steps(problem.key), problem.message) if problem.file.startswith(YAML_OF) else problem
         for problem in error.problems

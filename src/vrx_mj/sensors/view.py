@@ -132,6 +132,9 @@ class View:
         rays = np.stack(np.broadcast_arrays(1.0, across[:, None], up), axis=-1).reshape(-1, 3) @ self.rotation[2]
         sines = rays / np.sqrt(1.0 + (across**2)[:, None] + up**2).reshape(-1)
         low, high = math.asin(max(float(sines.min()), -1.0)), math.asin(min(float(sines.max()), 1.0))
+        ahead, left, above = self.rotation[2]  # of the zenith
+        if abs(left) <= self.half_width * abs(ahead) and abs(above) <= self.half_height * abs(ahead):
+            low, high = (low, 0.5 * math.pi) if ahead > 0.0 else (-0.5 * math.pi, high)
         return max(low - _MARGIN, -0.5 * math.pi), high + _MARGIN
 
 

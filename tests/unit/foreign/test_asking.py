@@ -1,6 +1,7 @@
 """The sandboxed process: what it answers, what it may not do, and what it may not take."""
 
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -402,6 +403,27 @@ def test_of_calls_that_take_too_much_together_each_is_a_question(runs, monkeypat
     with pytest.warns(VrxWarning):
         assert [told("named", text, cached=True) for text in texts] == texts
     assert len(runs) == 3
+
+
+@pytest.mark.parametrize(("most", "count"), [(10_000, 2), (500, 3)])
+def test_answers_of_so_many_bytes_are_remembered(runs, monkeypatch, most, count):
+    monkeypatch.setattr(asking, "_folder", lambda: None)
+    monkeypatch.setattr(asking, "_REMEMBERED", most)
+    for letter in "aba":
+        with pytest.warns(VrxWarning):
+            assert told("named", letter * 300, cached=True) == letter * 300
+    assert len(runs) == count
+
+
+def test_bytes_that_are_no_answer_are_damage(monkeypatch):
+    monkeypatch.setattr(asking.READER, "answer", lambda *_: b"x")
+    assert reason("modules").startswith("the answer of its reader is ")
+
+
+def test_an_error_of_a_reader_comes_whole_from_another_process():
+    again = pickle.loads(pickle.dumps(ReaderError("mesh a.stl", "it is too large")))
+    assert (again.about, again.reason) == ("mesh a.stl", "it is too large")
+    assert str(again) == "mesh a.stl cannot be read: it is too large"
 
 
 def test_what_took_too_much_is_tried_again(runs):

@@ -5,6 +5,7 @@ import json
 import mujoco
 import pytest
 
+from vrx_mj.errors import CommandError, ConfigError, VrxWarning
 from vrx_mj.mjcf.compile import compile_world, with_boat, with_dock, with_object, without
 from vrx_mj.model.world import tree_of
 
@@ -86,6 +87,24 @@ def test_balls_wait_apart():
     world = with_boat(world, {**ONE, "name": "again"})
     places = [tuple(item["pose"][:3]) for item in tree_of(world.parameters)["objects"]]
     assert len(set(places)) == len(places)
+
+
+def test_names_that_ros_refuses_are_told_of_boats_that_are_there_and_that_join():
+    world = compiled(ONE)
+    for make in (lambda boat: compiled(ONE, boat), lambda boat: with_boat(world, boat)):
+        with pytest.warns(VrxWarning, match=r"^ROS refuses topics with the name of boat 'late-1': a letter, then "):
+            make({**LATE, "name": "late-1"})
+
+
+def test_what_has_no_room_or_no_such_layout_does_not_join(monkeypatch):
+    world = compiled(ONE)
+    with pytest.raises(ConfigError, match=r"^<boat>: thrusters: no thruster layout named 'Z'; known: H, T, X$"):
+        with_boat(world, {**LATE, "thrusters": "Z"})
+    count = len(world.parameters.objects)
+    monkeypatch.setattr("vrx_mj.mjcf.compile.MOST_OBJECTS", count + 1)
+    full = with_object(world, {**BUOY, "name": "other"})
+    with pytest.raises(CommandError, match=rf"^no room for more: a world has at most {count + 1} objects$"):
+        with_object(full, {**BUOY, "name": "more"})
 
 
 def test_a_boat_alone_has_all_that_is_seen_of_it():

@@ -1,5 +1,6 @@
 """What is said of hulls of profile `marine` whose sea, start or step is beyond their model."""
 
+import math
 import warnings
 
 import numpy as np
@@ -54,6 +55,19 @@ def test_what_is_beyond_the_model_of_a_hull_is_one_warning_with_its_figures(tmp_
     found = said(tmp_path, hull, sea)
     assert len(found) == bool(texts), found
     assert all(text in found[0] for text in texts), found
+
+
+@pytest.mark.parametrize(
+    ("damping", "sea", "remarked"),
+    [(11.8, LONG, True), (12.2, LONG, False), (11.8, LONG | {"ramp": 5.0}, False), (11.8, {"model": "none"}, False)],
+)
+def test_a_swing_of_more_than_a_minute_is_remarked_in_a_sea_that_is_there_from_the_start(
+    tmp_path, damping, sea, remarked
+):
+    """Heave m z'' + b z' + c z = 0 decays by exp(-b t / (2 m)), m with the added mass."""
+    fades = math.log(20.0) * 2.0 * (60.0 + 60.0) / damping
+    found = "".join(said(tmp_path, f"damping_linear: [10, 40, {damping}, 15, 40, 20]", sea))
+    assert (f"which fades to 5 % in {fades:.3g} s" in found) == remarked == ("makes it swing" in found)
 
 
 def test_a_shorter_step_adds_less(tmp_path):

@@ -161,6 +161,10 @@ def test_no_number_can_point_at_a_row_that_is_not_meant(worlds, name):
         (("thrusters", 0, "rotation", 2, 2), -1.0, "thrusters[0].rotation: expected the rows of a rotation, got "),
         (("lights", 0, "pattern", 0), "pink", "lights[0].pattern: no colour 'pink'"),
         (("placards", 0, "symbol"), "red_heart", "placards[0].symbol: no symbol 'red_heart'"),
+        (("placards", 0, "body"), "x", "placards[0].body: the MJCF has no body 'x'"),
+        (("placards", 0, "geoms", "circle"), ["x"], "placards[0].geoms: the MJCF has no geom 'x'"),
+        (("task", "color_sequence", 0), "pink", "task.color_sequence: no colour 'pink'"),
+        (("task", "fixed"), {"x": [0.0] * 6}, "task.fixed: 'x' is not an object or dock that never moves"),
         (("timestep",), 0.005, "timestep: 0.005 s, and 0.01 s in the MJCF"),
         (("seed",), -1, "seed: must be at least 0, got -1"),
         (("extra",), 1, "extra: unknown key"),
@@ -254,6 +258,31 @@ def test_a_body_of_a_table_has_to_be_in_the_mjcf(worlds):
     world = worlds["docking"]
     said = refusal(world, mjcf=world.mjcf.replace('<freejoint name="wamv/free" align="false"/>', "", 1))
     assert said == "scene.json is damaged: hulls[0].body: 'wamv/base_link' is not a free body of wamv"
+
+
+def test_what_floats_is_free_and_blocks_hang_on_hinges(worlds):
+    world = worlds["rafts"]
+    neither = "neither a free body nor on a hinge of the one it hangs on"
+    for table, said in (("floats", "not a free body"), ("blocks", neither)):
+        body = getattr(world.parameters, table)[0].body
+        held = re.sub(rf'(<body name="{body}"[^>]*>)\s*<freejoint[^>]*/>', r"\1", world.mjcf, count=1)
+        assert refusal(world, mjcf=held) == f"scene.json is damaged: {table}[0].body: '{body}' is {said}"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("<worldbody/>", "<mujoco> is needed, got <worldbody>"),
+        ("<mujoco><worldbody><body/></worldbody></mujoco>", "invalid name '' of <body>: a unique one is needed"),
+        ('<mujoco><worldbody><body name="a"><body name="a"/></body></worldbody></mujoco>',
+         "invalid name 'a' of <body>: a unique one is needed"),
+        ('<mujoco><worldbody><joint name="j"/></worldbody></mujoco>', "invalid <joint> 'j': it is in no body"),
+    ],
+)  # fmt: skip
+def test_bodies_have_names_and_joints_have_bodies(text, message):
+    with pytest.raises(StateError) as refused:
+        contents_of(text, "scene.xml")
+    assert str(refused.value) == f"scene.xml is damaged: {message}"
 
 
 def test_the_templates_write_nothing_that_is_not_accepted():
@@ -387,6 +416,16 @@ def test_an_asset_has_the_content_that_its_name_says(worlds):
     assert said == f"scene.xml is damaged: the content of '{name}' does not match the hash in its name"
     digits = name.rpartition("_")[2].partition(".")[0]
     assert hashlib.sha256(world.assets[name]).hexdigest().startswith(digits)
+
+
+@pytest.mark.parametrize(
+    ("limit", "said"),
+    [("_MOST_ASSETS", r"scene names \d+ files; at most 1 are read"),
+     ("_LARGEST_ASSETS", r"scene names files of [0-9,]+ bytes up to '[a-z0-9_]+\.\w+': too many")],
+)  # fmt: skip
+def test_assets_are_few_and_small_enough(worlds, limit, said, monkeypatch):
+    monkeypatch.setattr(f"vrx_mj.mjcf.saved.{limit}", 1)
+    assert re.fullmatch(said.replace("scene", r"scene\.xml"), refusal(worlds["docking"]))
 
 
 def test_a_mesh_is_as_large_as_its_header_says(worlds):

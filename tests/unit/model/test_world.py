@@ -153,6 +153,37 @@ def test_a_key_that_is_given_twice_is_refused(text):
         parameters_of(text.replace(b'"seed": 0', b'"seed": 0, "seed": 1', 1))
 
 
+def test_a_text_has_so_many_bytes(text, monkeypatch):
+    monkeypatch.setattr("vrx_mj.model.world.MOST_BYTES", len(text))
+    assert parameters_of(text)
+    with pytest.raises(ValueError, match=rf"^{len(text) + 1:,} bytes; at most {len(text):,} are read$"):
+        parameters_of(text + b" ")
+
+
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        ({"thruster_start": 3}, "hulls: thruster_start is 3 where thrusters were left at 2"),
+        ({"thruster_count": 1}, "hulls: they have 3 thrusters of 4"),
+    ],
+)
+def test_spans_of_rows_follow_each_other_and_leave_none_out(swimmers, change, fault):
+    hulls = (swimmers.hulls[0], replace(swimmers.hulls[1], **change))
+    assert fault in list(broken_references(replace(swimmers, hulls=hulls)))
+
+
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        ({"body": "x", "follower": -1}, "links[0].body: 'x' is not a body of an object"),
+        ({"follower": 0}, "links[0].follower: a link has none"),
+    ],
+)
+def test_a_link_is_a_body_of_an_object_and_follows_no_path(swimmers, change, fault):
+    links = (replace(swimmers.floats[0], **change),)
+    assert fault in broken_references(replace(swimmers, links=links))
+
+
 def test_the_version_is_read_before_all_else():
     assert format_of(b'{"format": 99, "hulls": 1}') == 99
     with pytest.raises(ValidationError):

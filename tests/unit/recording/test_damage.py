@@ -17,7 +17,7 @@ import pytest
 import recorded_run
 from fuzz import recordings
 from vrx_mj import Simulation, compile_world
-from vrx_mj.config.sensors import BallShooterConfig, LidarConfig
+from vrx_mj.config.sensors import BallShooterConfig, ImuConfig, LidarConfig
 from vrx_mj.errors import RecordError, VrxError
 from vrx_mj.foreign import ask, asking
 from vrx_mj.foreign.plain import pack
@@ -264,6 +264,9 @@ def test_readings_of_another_size_or_range_are_refused():
     assert refusal(shooter, np.array([3.0, 1.0])) == "/record/readings/a/gps: numbers: 16 bytes instead of 8"
     for wild in (np.nan, -1.0, 1e300):
         assert refusal(shooter, np.array([wild])) == f"/record/readings/a/gps: numbers: {wild:g} shots"
+    imu = ImuConfig(name="imu", link="l")
+    assert len(recorded(imu, np.full(10, 3e38))) == 1
+    assert refusal(recorded, imu, np.full(10, -4e38)) == "/record/readings/a/gps: numbers: beyond single precision"
     assert planar_scan([0.5, np.inf, 30.0])[0].data.ranges.tolist() == [0.5, np.inf, 30.0]
     for wild in (np.nan, np.uint64(0x7FF0000000000001).view(float), -1.0, -np.inf, 1e300):
         assert refusal(planar_scan, [0.5, wild]) == f"/record/readings/a/gps: numbers: a range of {wild:g} m"

@@ -10,11 +10,12 @@ import pytest
 
 from trees import partial
 from unit.tasks.streams import task
+from vrx_mj.errors import RecordError, StateError
 from vrx_mj.recording.checks import rescore
 from vrx_mj.recording.reader import Record, SavedState
 from vrx_mj.runtime.state import STATE_VERSION, State
 from vrx_mj.tasks import make_referee
-from vrx_mj.tasks.referee import FrameLayout
+from vrx_mj.tasks.referee import FrameLayout, Message
 
 GOAL = {"x": 0.0, "y": 0.0, "yaw": 0.0, "latitude": None, "longitude": None}
 TASK = task("stationkeeping", goal=GOAL, heading=False)
@@ -61,3 +62,24 @@ def test_a_recording_that_begins_in_a_run_goes_on_and_counts_no_frame_twice(firs
     again, _ = rescore(record(TIMES[first:], (SavedState(begun, blob),)))
     assert again.status == referee.status
     assert again.dump() == referee.dump()
+
+
+@pytest.mark.parametrize("kept", [None, json.dumps({"seen": 0, "sent": [], "lines": [], "type": "dock"})])
+def test_a_recording_that_begins_with_another_state_is_refused(kept):
+    blob = State(STATE_VERSION, "", 0, 0.5, np.zeros(1), b"", 0, kept).to_bytes()
+    with pytest.raises(StateError, match=r"^'run\.rrd' begins with a state from which its task cannot continue: "):
+        rescore(record(TIMES, (SavedState(0.5, blob),)))
+
+
+@pytest.mark.parametrize(
+    ("frame", "reason"),
+    [
+        ((0, row(0.0)[:-1], ()), "a frame of 7 numbers instead of 8"),
+        ((0, row(0.0), (Message("nonsense", 1),)), "sent: station-keeping takes no message 'nonsense'"),
+    ],
+)
+def test_frames_of_another_task_are_damage(frame, reason):
+    damaged = dataclasses.replace(record([]), frames=(frame,))
+    with pytest.raises(RecordError) as refused:
+        rescore(damaged)
+    assert str(refused.value).startswith(f"'run.rrd' is damaged: /record/frames: {reason}")

@@ -68,18 +68,23 @@ def straight(speed, duration=30.0, heading=0.0):
     return np.column_stack([time, way * math.cos(heading), way * math.sin(heading), np.full_like(time, heading)])
 
 
-def test_smoothing_leaves_a_straight_way_as_it_is():
-    path = straight(2.0)
-    place = smooth_path(path[:, 0], path[:, 1:3], 1.2)
-    assert place(path[:, 0])[:, 0] == pytest.approx(2.0 * path[:, 0], abs=1e-9)
-    assert place(1.5) == pytest.approx([3.0, 0.0])
+@pytest.mark.parametrize(("begin", "duration"), [(0.0, 30.0), (100.0, 30.0), (7.0, 0.2), (7.0, 0.0)])
+def test_smoothing_leaves_a_straight_way_as_it_is(begin, duration):
+    path = straight(2.0, duration)
+    place = smooth_path(begin + path[:, 0], path[:, 1:3], 1.2)
+    assert place(begin + path[:, 0]) == pytest.approx(path[:, 1:3], abs=1e-9)
+    assert place(begin + duration / 2.0) == pytest.approx([duration, 0.0])
 
 
-def test_smoothing_takes_the_waves_out_of_a_way():
-    path = straight(2.0)
-    path[:, 2] = 0.3 * np.sin(2 * math.pi * path[:, 0] / 1.5)
-    places = smooth_path(path[:, 0], path[:, 1:3], 1.2)(np.arange(2.0, 28.0, 0.1))
-    assert np.abs(places[:, 1]).max() < 0.3 * math.exp(-0.5 * (2 * math.pi * 1.2 / 1.5) ** 2) + 1e-3
+@pytest.mark.parametrize("period", [1.5, 5.0, 8.0])
+def test_smoothing_damps_a_wave_as_a_gaussian_does(period):
+    """By exp(-s^2 / 2), s the standard deviation in radians of the wave."""
+    path, rate = straight(2.0), 2.0 * math.pi / period
+    wave = np.sin(rate * path[:, 0])
+    place = smooth_path(path[:, 0] + 100.0, np.column_stack([path[:, 1], wave]), 1.2)
+    inside = slice(150, -150)  # beyond 5 standard deviations of the ends
+    smooth = place(path[inside, 0] + 100.0)[:, 1]
+    assert smooth == pytest.approx(math.exp(-0.5 * (1.2 * rate) ** 2) * wave[inside], abs=1e-3)
 
 
 @pytest.mark.parametrize("heading", [0.0, 2.0, -3.0])
@@ -116,7 +121,23 @@ def test_the_eye_above_has_all_boats_in_its_picture_at_all_times_and_north_up():
         assert all(0.0 < column < 1600.0 and 0.0 < row < 900.0 for column, row, _ in seen)
         order = np.argsort([spot[1] for spot in spots])
         assert np.all(np.diff([seen[i][1] for i in order]) <= 1e-6)
-    assert ABOVE_MARGIN > 0.0
+
+
+@pytest.mark.parametrize(
+    ("apart", "half"),
+    [
+        ((0.0, 0.0), 22.0),
+        ((0.0, 100.0), 50.0 + ABOVE_MARGIN),
+        ((320.0, 0.0), (160.0 + ABOVE_MARGIN) / 1.6),
+    ],
+)
+def test_the_picture_from_above_has_the_boats_in_its_middle_and_a_margin_around_them(apart, half):
+    paths = [straight(0.0), np.add(straight(0.0, 20.0), (0.0, *apart, 0.0))]
+    above = Above(paths, 0.5, 1.6)
+    for time, middle in ((15.0, np.array(apart) / 2.0), (25.0, np.zeros(2)), (40.0, np.array(apart) / 2.0)):
+        corner = np.add(middle, (1.6 * half, half))
+        column, row, _ = project(view_of(above.eye(time), 1600, 1000), np.array([*corner, 0.5]), 1600, 1000)
+        assert (column, row) == pytest.approx((1600.0, 0.0), abs=1e-6)
 
 
 @pytest.mark.parametrize("heading", [0.0, 1.0, 2.4, -2.0, -0.7])
@@ -164,14 +185,17 @@ def foam(path, *sterns):
     return Foam(mujoco.MjSpec(), [(path, stern) for stern in sterns])
 
 
-def test_foam_lies_on_the_sea_behind_the_stern_and_fades():
-    (edges,), (shades,) = foam(straight(FULL_SPEED), (-2.0, 1.0)).strips(20.0, height)
+@pytest.mark.parametrize(("speed", "share"), [(FULL_SPEED, 1.0), (1.0, (1.0 - 0.25) / (FULL_SPEED - 0.25))])
+def test_foam_lies_on_the_sea_behind_the_stern_grows_and_fades(speed, share):
+    (edges,), (shades,) = foam(straight(speed), (-2.0, 1.0)).strips(20.0, height)
     x, y, z = edges.reshape(-1, 3).T
     assert z == pytest.approx(height(x, y) + FOAM_HEIGHT)
-    assert x.max() == pytest.approx(FULL_SPEED * 20.0 - 2.0)
-    assert x.min() == pytest.approx(FULL_SPEED * (20.0 - LASTS) - 2.0, abs=1e-9)  # where it was `LASTS` ago
-    assert np.abs(y[:-2] - 1.0).min() == pytest.approx(WIDTH / 2, rel=1e-3)  # the last piece has no length
-    assert shades[0] == shades.max() == pytest.approx(WHITE, rel=0.05)
+    assert x.max() == pytest.approx(speed * 20.0 - 2.0)
+    assert x.min() == pytest.approx(speed * (20.0 - LASTS) - 2.0, abs=1e-9)  # where it was `LASTS` ago
+    age = 20.0 - (edges[:, 0, 0] + 2.0) / speed
+    half = (WIDTH + SPREAD * age[:-1, None]) / 2.0
+    assert edges[:-1, :, 1] == pytest.approx(1.0 + half * (-1.0, 1.0))  # the last piece has no length
+    assert shades == pytest.approx(WHITE * share * (1.0 - age / LASTS))
 
 
 STORM = {

@@ -13,7 +13,7 @@ import pytest
 import recorded_run
 from fingerprints import check
 from integration.test_fingerprints_recordings import by_root, numbers_of
-from vrx_mj.errors import RecordError
+from vrx_mj.errors import RecordError, VrxWarning
 from vrx_mj.recording import encoding
 from vrx_mj.recording.motion_chunks import POSE_STEP
 from vrx_mj.recording.packing import plain_rows
@@ -245,6 +245,19 @@ def test_rerun_file_of_something_else_is_an_error(tmp_path):
     with pytest.raises(RecordError) as caught:
         read_record(other)
     assert str(caught.value) == f"'{other}' is not a recording of vrx_mj: it is a rerun file of something else"
+
+
+def test_a_run_that_cannot_be_encoded_stays_as_it_was_written(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError("no room")
+
+    path, rows = tmp_path / "run.rrd", np.array([recorded_run.row_at(0.0)])
+    monkeypatch.setattr("vrx_mj.recording.encoding.encode", full)
+    with RecordWriter(path, recorded_run.scene()) as writer:
+        writer.rows(rows)
+        with pytest.warns(VrxWarning, match=r"^no room; what was written is intact, and vrx-mj replay opens it$"):
+            writer.close()
+    assert np.array_equal(read_record(path).rows, rows)
 
 
 def test_folder_that_does_not_exist_is_an_error(tmp_path):

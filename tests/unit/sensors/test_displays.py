@@ -7,7 +7,16 @@ from hypothesis import strategies as st
 
 from trees import partial
 from vrx_mj.config.docks import LIGHT_PATTERNS, SYMBOLS
-from vrx_mj.sensors.displays import display_marks, displays_of, new_pattern, next_pattern, next_symbol, symbol_mark
+from vrx_mj.errors import StateError
+from vrx_mj.sensors.displays import (
+    check_display_marks,
+    display_marks,
+    displays_of,
+    new_pattern,
+    next_pattern,
+    next_symbol,
+    symbol_mark,
+)
 
 SHAPES = ("circle", "cross", "triangle", "rectangle")
 LIGHTS = [
@@ -38,6 +47,20 @@ def test_a_light_is_dark_until_told_and_one_with_a_pattern_shows_it(scene):
     assert shown(displays["two"], marks, (0.0, 0.99, 1.0, 2.5, 3.0, 4.99, 5.0)) == [
         "red", "red", "green", "blue", "off", "off", "red",
     ]  # fmt: skip
+
+
+def test_marks_that_nothing_shows_are_refused(scene):
+    displays, marks = scene
+    check_display_marks(displays.values(), marks[None])
+    for display in displays.values():
+        own = range(display.marks.start, display.marks.stop)
+        wrong = [(own[0], value) for value in (-1.0, 0.5, 99.0)] + [(column, np.nan) for column in own]
+        for column, value in wrong:
+            spoiled = marks.copy()
+            spoiled[column] = value
+            text = f"^invalid state of the {display.kind} '{display.name}': (it shows an unknown|a time is not finite)"
+            with pytest.raises(StateError, match=text):
+                check_display_marks(displays.values(), spoiled[None])
 
 
 def test_a_new_pattern_begins_a_second_later_and_keeps_the_old_colour_until_then(scene):

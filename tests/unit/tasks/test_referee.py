@@ -360,6 +360,33 @@ def test_a_state_with_holes_changes_nothing(spoil, reason):
     assert referee.dump() == before
 
 
+@pytest.mark.parametrize("kind", TYPES)
+def test_lists_of_a_course_keep_their_lengths_in_a_state(kind):
+    referee = make_referee(sample(kind))
+    rules = referee.dump()["rules"]
+    for key, first in rules.items():
+        if isinstance(first, list) and first:
+            with pytest.raises(StateError) as error:
+                referee.load({**referee.dump(), "rules": {**rules, key: first[1:]}})
+            assert str(error.value) == f"the state does not fit the task '{kind}': rules: a list of another length"
+
+
+@pytest.mark.parametrize(
+    ("kind", "part", "reason"),
+    [
+        ("wayfinding", {"errors": [1.0]}, "1 of 2 errors"),
+        ("dock", {"hits": [{"size": "small"}]}, "a hit needs time, ball, bay, size, points"),
+        ("wildlife", {"animals": [{"x": 1.0}]}, "an animal needs latitude, longitude, name, x, y, z"),
+    ],
+)
+def test_what_teams_see_is_whole_in_a_state(kind, part, reason):
+    referee = make_referee(sample(kind))
+    saved = referee.dump()
+    with pytest.raises(StateError) as error:
+        referee.load({**saved, "rules": saved["rules"] | part})
+    assert str(error.value) == f"the state does not fit the task: {reason}"
+
+
 def test_a_stand_knows_its_yaw():
     assert pose(yaw=2.5).yaw == pytest.approx(2.5)
     assert pose(yaw=-3.0).yaw == pytest.approx(-3.0)

@@ -475,7 +475,8 @@ class _Reader:
         extended = any(piece.part == "base" for piece in self.pieces)
         if not extended:
             profile = NEWER if self.newer else CLASSIC
-            self.pieces.insert(0, Piece("physics", profile, self.root.place, (), {"physics": {"profile": profile}}))
+            physics = Piece("physics", profile, self.root.place, (), {"physics": {"profile": profile}})
+            self.pieces = [physics, *self.pieces]
         others: list[tuple[Element, Content]] = []
         for element, content in self.placed:
             if any(_same(content, one) for one in base):
@@ -518,7 +519,8 @@ class _Reader:
             self.report.note(element, "approximated", f"`extends: {world}`, which also has {missing[0]['name']}")
         else:
             self.report.note(element, "imported", f"`extends: {world}`")
-        self.pieces.insert(0, Piece("base", label(element), element.place, (label(element),), {"extends": world}))
+        extended = Piece("base", label(element), element.place, (label(element),), {"extends": world})
+        self.pieces = [extended, *self.pieces]
         return list(found)
 
     def add_task(self, objects: list[Content]) -> None:

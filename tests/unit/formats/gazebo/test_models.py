@@ -270,6 +270,50 @@ def test_angles_may_be_in_degrees():
     assert list(read(body)[0]["collisions"][0]["pose"]) == pytest.approx([1, 2, 3, 0, 0, math.pi / 2])
 
 
+BODY = link(1.0, (1.0, 1.0, 1.0, 0.0, 0.0, 0.0), name="a", content=SPHERE)
+STILL = '<static>1</static><link name="l"><visual name="v">{}</visual></link>'
+JOINT = '<link name="b">{}</link><joint name="j" type="{}"><parent>a</parent><child>b</child></joint>'
+LIFT = (
+    '<plugin filename="libbuoyancy_gazebo_plugin.so"><buoyancy name="x"><link_name>a</link_name>{}</buoyancy></plugin>'
+)
+
+
+@pytest.mark.parametrize(
+    ("body", "what", "why"),
+    [
+        (BODY + JOINT.format("", "gearbox"), "<joint> 'j'", "gearboxes are not simulated: each joint moves on its own"),
+        (STILL.format("<geometry><mesh><uri>buoy.txt</uri></mesh></geometry>"),
+         "<mesh>", "no such mesh: 'buoy.txt'"),
+        (STILL.format("<geometry/>"), "<visual> 'v'", "<geometry> is empty"),
+        (f"{BODY}{LIFT.format('<geometry><mesh/></geometry>')}",
+         "<buoyancy> 'x'", "<mesh> shapes are not supported"),
+        (f"{BODY}{LIFT.format('')}", "<buoyancy> 'x'", "it has no <geometry>"),
+    ],
+)  # fmt: skip
+def test_what_we_have_not_is_ignored_with_a_note(body, what, why):
+    note = read(body)[1][0]
+    assert (note.what, note.fate, note.ours) == (what, "ignored", why)
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        ("<include><uri>model://galleon</uri></include>" * 2,
+         "buoy.sdf:1:20: <model> 'buoy': none of its models is known: galleon"),
+        (BODY + JOINT.format("<inertial><mass>0</mass></inertial>", "revolute"),
+         "buoy.sdf:1: link 'b': needs a mass, because it moves"),
+        (f"{BODY}<include><uri>model://broken</uri></include>",
+         "broken/model.sdf:1:6: the file ends before </sdf>, which ends the <sdf> of line 1"),
+    ],
+)  # fmt: skip
+def test_a_model_that_cannot_be_one_of_ours_is_refused(body, message):
+    Path("broken").mkdir()
+    Path("broken/model.sdf").write_text("<sdf>", encoding="utf-8")
+    with pytest.raises(ConfigError) as refused:
+        read(body)
+    assert str(refused.value) == message
+
+
 def test_a_composite_names_its_parts():
     Path("float").mkdir()
     read(link(1.0, (1.0, 1.0, 1.0, 0.0, 0.0, 0.0), content=SPHERE), "float/model.sdf", "float")

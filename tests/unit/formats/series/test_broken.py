@@ -80,6 +80,10 @@ CALLS = {
     "usv_wind_gazebo: [{seed: 1.5}]": (
         "bay.yaml:4:30: a.macros.usv_wind_gazebo[0].seed: expected a whole number, got 1.5"
     ),
+    "nav_challenge: [{name: [1]}]": "bay.yaml:4:28: a.macros.nav_challenge[0].name: expected text, got [1]",
+    "wayfinding: [{/**waypoints: [1]}]": (
+        "bay.yaml:4:33: a.macros.wayfinding[0]./**waypoints: expected XML in quotes, got [1]"
+    ),
     "dock: [{light_buoy_present: 2}]": (
         "bay.yaml:4:33: a.macros.dock[0].light_buoy_present: expected true or false, got 2"
     ),

@@ -272,10 +272,39 @@ def test_two_sensors_of_one_link_have_names_of_their_own():
                    "<distortionK1>0.1</distortionK1></plugin>"),
             "gazebo 'eye_link' / sensor 'eye_sensor' / plugin 'c': lens distortion is not simulated",
         ),
+        (plugin("libusv_gazebo_thrust_plugin.so"), "gazebo / plugin 'p': it has no <thruster>"),
+        (
+            plugin("libusv_gazebo_dynamics_plugin.so", "<bodyName>eye_link</bodyName>"),
+            "gazebo / plugin 'p': the water acts on 'base_link', the root link, not on 'eye_link'",
+        ),
+        (
+            plugin("libball_shooter_plugin.so", "<projectile><link_name>eye_link</link_name><frame>eye_link</frame>"
+                   "<pose>0.1 0 0 0 0.5 0</pose></projectile><topic>shooters/eye/fire</topic>"),
+            "gazebo / plugin 'p': the angles of the projectile's pose are ignored",
+        ),
+        (
+            sensor("gpu_ray", "<update_rate>9</update_rate><ray><scan><horizontal><samples>256</samples></horizontal>"
+                   "<vertical><samples>4</samples></vertical></scan></ray>"
+                   '<plugin name="m" filename="libgazebo_ros_gpu_laser.so"/>'),
+            "gazebo 'eye_link' / sensor 'eye_sensor': a scan has one ring: the other 3 are ignored",
+        ),
     ],
 )  # fmt: skip
 def test_what_is_not_done_is_listed_with_its_line(tags, message):
     assert [*map(str, gazebo(tags, "eye_link").warnings)] == [f"boat.urdf:3: {message}"]
+
+
+@pytest.mark.parametrize(
+    ("content", "water"),
+    [
+        ("<uniform_fluid_density>1020</uniform_fluid_density>", {"water_density": 1020.0}),
+        ("<graded_buoyancy><default_density>1021</default_density></graded_buoyancy>", {"water_density": 1021.0}),
+        ("<graded_buoyancy/>", {"water_density": 1000.0}),
+        ("", {}),
+    ],
+)
+def test_gz_sim_s_buoyancy_says_how_dense_the_water_is(content, water):
+    assert gazebo(plugin("gz-sim-buoyancy-system", content)).water == water
 
 
 def test_publishers_and_looks_are_no_news():
