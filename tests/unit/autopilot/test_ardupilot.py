@@ -241,11 +241,11 @@ def test_channels_that_a_packet_does_not_have_are_at_rest(world, lines, monkeypa
     left, right = channels_of(world, "a").values()
     monkeypatch.setattr(module, "channels_of", lambda *_: {16: left, 17: right})
     sim, found = Simulation(world), []
-    with ArduPilot(sim, {"a": 0}, report=lambda _, text: lines.append(text)) as bridge:
-        with FakeSitl(bridge.addresses["a"]) as sitl:
-            for pulses in ((1900,) * 32, (1900,) * 16):
-                sailed(bridge, sitl, 50, pulses)
-                found.append([sim.thrust("a")[name] > 0.0 for name in ("left", "right")])
+    bridge = ArduPilot(sim, {"a": 0}, report=lambda _, text: lines.append(text))
+    with bridge, FakeSitl(bridge.addresses["a"]) as sitl:
+        for pulses in ((1900,) * 32, (1900,) * 16):
+            sailed(bridge, sitl, 50, pulses)
+            found.append([sim.thrust("a")[name] > 0.0 for name in ("left", "right")])
     assert found == [[True, True], [True, False]]
     assert len(lines) == 1  # that it has connected
 

@@ -142,9 +142,8 @@ def test_covariances_grow_by_the_accelerations_that_were_felt():
         kept * 0.09 + (1.0 - kept) * np.array([felt**2, 0.0, 0.0]) for felt in (ACCELERATION, SPIN_UP)
     )  # in the world's axes, and in the body's: it heads north
     velocity, swing = np.square(GPS_VELOCITY) + age**2 * along, (age + 0.5 * INTERVAL) ** 2 * about
-    expected = [
-        np.square(GPS_NOISE) + np.square(GPS_DRIFT) + age**2 * velocity, age**2 * swing[[1, 0, 2]], velocity[[1, 0, 2]], swing
-    ]  # fmt: skip
+    place = np.square(GPS_NOISE) + np.square(GPS_DRIFT) + age**2 * velocity
+    expected = [place, age**2 * swing[[1, 0, 2]], velocity[[1, 0, 2]], swing]
     for own, wanted in zip(parts(find(boat, time + age)), expected, strict=True):
         np.testing.assert_allclose(own, np.diag(wanted), atol=1e-7)
 
