@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from unit.control.test_allocation import LAYOUTS, summed
 from vrx_mj.control.guidance import (
     Course,
+    _charge,
     approach_speed,
     around,
     best_order,
@@ -16,7 +17,7 @@ from vrx_mj.control.guidance import (
     orbit,
     wrap_angle,
 )
-from vrx_mj.control.navigation import Estimate, polar
+from vrx_mj.control.navigation import Estimate, beside, polar
 from vrx_mj.control.velocity import WAMV, Allocation
 
 places = st.tuples(st.floats(-50, 50), st.floats(-50, 50))
@@ -139,6 +140,19 @@ def test_the_side_chosen_before_is_kept():
     assert clear_course((0.0, 0.0), 0.0, disc, reach=16.0) < 0.0
     port = math.radians(20.0)
     assert clear_course((0.0, 0.0), 0.0, disc, reach=16.0, before=port) > 0.0
+
+
+@pytest.mark.parametrize(
+    ("along", "across", "share"),
+    [
+        (1.0, 0.0, 1.0), (2.0, 0.0, 1.0), (2.0, -1.0, 0.5), (2.0, 2.0, 0.0), (10.0, 0.0, 0.575), (10.0, 0.5, 0.43125),
+        (18.0, 0.0, 0.15), (30.0, 0.0, 0.15), (-1.0, 0.0, 0.0),
+    ],
+)  # fmt: skip
+def test_a_disc_costs_most_through_its_middle_and_near_by(along, across, share):
+    """Of 6 rad: all where it is touched, less in proportion to how far off it is, down to 15 % at the reach."""
+    centre = beside((3.0, 4.0), 0.7, along, across)
+    assert _charge((3.0, 4.0), 0.7, centre, 2.0, 16.0) == pytest.approx(6.0 * share, abs=1e-9)
 
 
 @pytest.mark.parametrize(("gap", "course"), [(125, 125), (130, 130), (-130, -130), (135, 130), (-135, -130)])
