@@ -1,0 +1,113 @@
+"""Rows of a graphics processor whose memory is the host's, and whose threads do a kernel one after another."""
+
+import importlib
+import sys
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import vrx_mj
+from integration.sailing import boats, water
+from unit.cuda.standalone import load
+from vrx_mj.physics.lanes import WIDTH
+
+BUOY = {"model": "mb_round_buoy_black", "name": "b", "pose": [100.0, 0, 0, 0, 0, 0]}
+
+
+class Memory(np.ndarray):
+    """An array on the device."""
+
+    def copy_to_host(self, ary=None, stream=0):
+        if ary is None:
+            return np.array(self)
+        ary[...] = self
+        return ary
+
+    def copy_to_device(self, ary, stream=0):
+        self[...] = ary
+
+
+class Kernel:
+    """What a processor makes of a function."""
+
+    def __init__(self, processor, function):
+        self.processor, self.function = processor, function
+        self.step = WIDTH if function.__name__ == "advance_marine" else 1  # the function of the CPU has all lanes
+
+    def __getitem__(self, extent):
+        (blocks, size, _stream), processor = extent, self.processor
+
+        def launch(*arguments):
+            for processor.thread in range(0, blocks * size, self.step):
+                self.function(*arguments)
+
+        return launch
+
+
+class Processor:
+    """Stands in for `numba.cuda`."""
+
+    thread = 0
+
+    def grid(self, dimensions):
+        return self.thread
+
+    def jit(self, function):
+        return Kernel(self, function)
+
+    def to_device(self, array, stream=0):
+        return np.array(array).view(Memory)
+
+    def device_array(self, shape, dtype):
+        return np.zeros(shape, dtype).view(Memory)
+
+    device_array_like = staticmethod(np.zeros_like)
+
+    def default_stream(self):
+        return SimpleNamespace(synchronize=lambda: None)
+
+
+@pytest.fixture
+def rows(monkeypatch):
+    """The program that compares rows, with the modules of `vrx_mj.cuda` on this processor."""
+    processor, config = Processor(), SimpleNamespace(ENABLE_CUDASIM=1)
+    modules = {"numba.cuda.core": SimpleNamespace(config=config), "numba_cuda": SimpleNamespace()}
+    for name in ("kernels", "rows", "batch"):
+        modules[f"vrx_mj.cuda.{name}"] = load(monkeypatch, name, processor, modules)
+    batch, kernels = modules["vrx_mj.cuda.batch"], modules["vrx_mj.cuda.kernels"]
+    monkeypatch.setitem(sys.modules, "vrx_mj.cuda", SimpleNamespace(Batch=batch.Batch, kernels=kernels))
+    monkeypatch.delitem(sys.modules, "unit.cuda.simulated_rows", raising=False)
+    program = importlib.import_module("unit.cuda.simulated_rows")
+    yield program
+    del sys.modules["unit.cuda.simulated_rows"]
+
+
+def world(profile="vrx"):
+    water_ = water(physics={"profile": profile}, objects=[BUOY])
+    return vrx_mj.compile_world(water_, fleet=boats((0.0, 0.0, 0.3), engines="fixed"))
+
+
+@pytest.mark.parametrize("profile", ["vrx", "marine"])
+def test_rows_are_those_of_the_cpu_to_the_bit(rows, profile):
+    rows.compare(world(profile), rows.PARAMETERS[profile])
+
+
+def test_rows_that_stop_or_diverge_are_named(rows, capsys):
+    rows.stop(world())
+    diverged, near, *_ = capsys.readouterr().out.splitlines()
+    assert diverged.startswith("rows 2 have a state that is not finite")
+    assert near.startswith("something is near rows 1 (1 in all): they stop until they are reset, or moved by host()")
+
+
+@pytest.mark.parametrize("profile", ["vrx", "marine"])
+def test_rows_that_begin_anew_have_the_starts_that_were_kept(rows, profile):
+    batch = rows.Batch(world(profile), 3, seed=5)
+    batch.keep()
+    starts = batch.qpos.copy_to_host()
+    batch.command(np.full((3, len(batch.channels)), 0.5))
+    batch.advance(3)
+    moved = batch.qpos.copy_to_host()
+    batch.begin(np.array([True, False, True]), np.array([2, 1, 0]))
+    assert np.array_equal(batch.qpos.copy_to_host(), [starts[2], moved[1], starts[0]])
+    assert batch.time.copy_to_host().tolist() == pytest.approx([0.0, 0.03, 0.0])
