@@ -93,6 +93,12 @@ def test_rows_are_those_of_the_cpu_to_the_bit(rows, profile):
     rows.compare(world(profile), rows.PARAMETERS[profile])
 
 
+def test_water_is_open_for_a_boat_alone(rows):
+    fleets = [boats((0.0, 0.0, 0.3)), boats((0.0, 0.0, 0.3), (30.0, 0.0, 0.0))]
+    found = [rows.Batch(vrx_mj.compile_world(water(), fleet=fleet), 1).open_water for fleet in fleets]
+    assert found == [True, False]
+
+
 def test_rows_that_stop_or_diverge_are_named(rows, capsys):
     rows.stop(world())
     diverged, near, *_ = capsys.readouterr().out.splitlines()
@@ -103,6 +109,7 @@ def test_rows_that_stop_or_diverge_are_named(rows, capsys):
 @pytest.mark.parametrize("profile", ["vrx", "marine"])
 def test_rows_that_begin_anew_have_the_starts_that_were_kept(rows, profile):
     batch = rows.Batch(world(profile), 3, seed=5)
+    assert not batch.open_water
     batch.keep()
     starts = batch.qpos.copy_to_host()
     batch.command(np.full((3, len(batch.channels)), 0.5))
