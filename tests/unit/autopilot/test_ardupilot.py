@@ -250,6 +250,23 @@ def test_channels_that_a_packet_does_not_have_are_at_rest(world, lines, monkeypa
     assert len(lines) == 1  # that it has connected
 
 
+def test_a_run_ends_with_its_duration_or_when_it_is_over(one):
+    sim, bridge, sitl = one
+    sitl.socket.settimeout(0.0)
+    asked = []
+
+    def over():
+        sitl.send()
+        asked.append(sim.time)
+        return len(asked) > 5
+
+    bridge.run(duration=0.06, over=over)
+    assert sim.time == pytest.approx(0.06)
+    assert asked == pytest.approx([0.0, 0.02, 0.04, 0.06])
+    bridge.run(over=over)
+    assert (len(asked), sim.time) == (6, pytest.approx(0.08))
+
+
 def test_what_cannot_be_listened_to(world):
     sim = Simulation(world)
     with pytest.raises(UnknownNameError, match="no boat named 'c'; known: a, b"):
