@@ -10,9 +10,16 @@ import pytest
 import vrx_mj
 from integration.sailing import boats, water
 from unit.cuda.standalone import load
+from vrx_mj.errors import CommandError
 from vrx_mj.physics.lanes import WIDTH
+from vrx_mj.rl.environment import Environment, Outcome
+from vrx_mj.rl.options import ActionError
 
 BUOY = {"model": "mb_round_buoy_black", "name": "b", "pose": [100.0, 0, 0, 0, 0, 0]}
+
+
+USERS = "unit.cuda.simulated_rows", "vrx_mj.rl.device"
+"""Modules that import `vrx_mj.cuda`."""
 
 
 class Memory(np.ndarray):
@@ -76,11 +83,14 @@ def rows(monkeypatch):
     for name in ("kernels", "rows", "batch"):
         modules[f"vrx_mj.cuda.{name}"] = load(monkeypatch, name, processor, modules)
     batch, kernels = modules["vrx_mj.cuda.batch"], modules["vrx_mj.cuda.kernels"]
-    monkeypatch.setitem(sys.modules, "vrx_mj.cuda", SimpleNamespace(Batch=batch.Batch, kernels=kernels))
-    monkeypatch.delitem(sys.modules, "unit.cuda.simulated_rows", raising=False)
-    program = importlib.import_module("unit.cuda.simulated_rows")
+    own = SimpleNamespace(SIMULATED=True, Batch=batch.Batch, check_driver=batch.check_driver, kernels=kernels)
+    monkeypatch.setitem(sys.modules, "vrx_mj.cuda", own)
+    for name in USERS:
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    program, _ = map(importlib.import_module, USERS)
     yield program
-    del sys.modules["unit.cuda.simulated_rows"]
+    for name in USERS:
+        del sys.modules[name]
 
 
 def world(profile="vrx"):
@@ -118,3 +128,31 @@ def test_rows_that_begin_anew_have_the_starts_that_were_kept(rows, profile):
     batch.begin(np.array([True, False, True]), np.array([2, 1, 0]))
     assert np.array_equal(batch.qpos.copy_to_host(), [starts[2], moved[1], starts[0]])
     assert batch.time.copy_to_host().tolist() == pytest.approx([0.0, 0.03, 0.0])
+
+
+def test_an_environment_s_episodes_are_those_of_the_cpu_to_the_bit(rows):
+    """Its second episode of a row is the first of the next row."""
+    variety = {"waves": (0, 1), "wind_speed": (0, 6), "gusts": 1.0, "mass": (0.9, 1.1)}
+    options = {"world": None, "fleet": None, "duration": None, "threads": 1, "size": (8, 8), "max_episode_steps": 3}
+    ours, cpu = (
+        kind("StationKeeping", 3, variety=variety, engine="free", **options)
+        for kind in (importlib.import_module("vrx_mj.rl.device").DeviceEnvironment, Environment)
+    )
+    everywhere, random = np.ones(3, bool), np.random.default_rng(1)
+    assert ours.reset(everywhere, 4).tobytes() == cpu.reset(everywhere, 4).tobytes()
+    for episode in range(3):
+        assert ours.episode_info(everywhere)["start"].tolist() == [(row + episode) % 3 for row in range(3)]
+        for _ in range(3):
+            actions = random.uniform(-1.5, 1.5, (3, 4)).astype(np.float32)
+            own = ours.step(ours.actions.array(actions, ours.roster.present, (3, 4)))
+            wanted = cpu.step(actions.clip(-1.0, 1.0)[:, None])
+            for name in Outcome._fields[:7]:
+                assert np.array_equal(getattr(own, name), getattr(wanted, name)), name
+        assert own.cut.all()
+        ours.begin(everywhere)
+        cpu.reset(everywhere, [4 + (row + episode + 1) % 3 for row in range(3)])
+        assert np.array_equal(ours.observe(), cpu.observe())
+    with pytest.raises(CommandError, match="rows reset by themselves"):
+        ours.reset(np.array([True, False, True]), 4)
+    with pytest.raises(ActionError, match=r"invalid actions of shape \(3,\): \(3, 4\) is needed"):
+        ours.actions.array(np.zeros(3), ours.roster.present, (3, 4))
