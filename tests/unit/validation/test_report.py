@@ -76,7 +76,7 @@ def test_the_time_that_compiling_takes_is_told_apart():
     assert first.compiling > 0.0 <= first.seconds
     assert first.seconds + first.compiling < time.monotonic() - begun
     (none,) = run_cases([GOOD])
-    assert (none.compiling, none.seconds) == (0.0, pytest.approx(0.0, abs=5.0))
+    assert none.compiling == 0.0
 
 
 def test_json_has_every_row():
