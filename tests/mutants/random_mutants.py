@@ -58,7 +58,7 @@ def _sources(entry: Path) -> list[Path]:
 
 
 def _mutant(file: Path, text: str, edit: Edit) -> Mutant:
-    """The edit as a text that occurs once: the lines of its node, and as many of the next as that takes."""
+    """The edit as a text that occurs once: the lines of its node, and as many of those around as that takes."""
     starts = [0]
     for line in text.split("\n"):
         starts.append(starts[-1] + len(line) + 1)
@@ -67,8 +67,9 @@ def _mutant(file: Path, text: str, edit: Edit) -> Mutant:
         starts[row - 1] + len(text[starts[row - 1] : starts[row]].encode()[:column].decode())
         for row, column in ((node.lineno, node.col_offset), (node.end_lineno or 0, node.end_col_offset or 0))
     )
-    first = starts[node.lineno - 1]
-    last = next(at for at in starts[node.end_lineno or 0 :] if text.count(text[first:at]) == 1)
+    below = ((starts[node.lineno - 1], at) for at in starts[node.end_lineno or 0 :])
+    above = ((at, len(text)) for at in reversed(starts[: node.lineno]))
+    first, last = next(span for span in (*below, *above) if text.count(text[slice(*span)]) == 1)
     new = text[first:begin] + edit.new + text[end:last]
     label = f"{node.lineno}: {' '.join(text[begin:end].split())} -> {edit.new}"
     return Mutant(label, name, edit.kind, text[first:last], new)

@@ -2,6 +2,7 @@
 
 import importlib
 import logging
+import math
 import os
 import platform
 import re
@@ -165,7 +166,7 @@ class Node:
         """Responses that are ready, each a function that sends one."""
         self._senders: dict[str, str] = {}
         self._notices = Notices()
-        self._looked = self._counted = 0.0
+        self._looked = self._counted = -math.inf
         self._rosout = self._publisher("rcl_interfaces/Log", "/rosout", latched=True, depth=_ROSOUT_DEPTH)
         self.subscribed_topics: frozenset[str] = frozenset()
         self.clients = self.sent = 0

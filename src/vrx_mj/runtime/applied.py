@@ -98,7 +98,7 @@ class AppliedForces:
         push = np.zeros(self._sim.model.nv)
         for one in [one for one in self._forces if time >= one.begins]:
             own = self._generalized_force(one)
-            if np.abs(data.qvel[own != 0.0]).max(initial=0.0) > MAX_SPEED:
+            if (np.abs(data.qvel[own != 0.0]) > MAX_SPEED).any():
                 self._end([one], f"it is faster than {MAX_SPEED:g} m/s or rad/s")
             else:
                 push += own

@@ -10,6 +10,7 @@ from fake_sitl import FakeSitl, packet
 from vrx_mj import Simulation, compile_world, record
 from vrx_mj.autopilot import ArduPilot
 from vrx_mj.autopilot import ardupilot as module
+from vrx_mj.autopilot.board import channels_of
 from vrx_mj.errors import CommandError, NetworkError, UnknownNameError
 
 FLEET = {"boats": [{"name": "a", "pose": [0, 0, 0, 0, 0, 0]}, {"name": "b", "pose": [0, 9, 0, 0, 0, 0]}]}
@@ -234,6 +235,36 @@ def test_a_pulse_that_no_servo_gets_counts_as_none(one, lines):
 def test_a_packet_of_32_channels_is_answered_too(one):
     _, bridge, sitl = one
     assert sailed(bridge, sitl, 1, AHEAD + (1500,) * 16)["timestamp"] == [pytest.approx(0.02)]
+
+
+def test_channels_that_a_packet_does_not_have_are_at_rest(world, lines, monkeypatch):
+    left, right = channels_of(world, "a").values()
+    monkeypatch.setattr(module, "channels_of", lambda *_: {16: left, 17: right})
+    sim, found = Simulation(world), []
+    bridge = ArduPilot(sim, {"a": 0}, report=lambda _, text: lines.append(text))
+    with bridge, FakeSitl(bridge.addresses["a"]) as sitl:
+        for pulses in ((1900,) * 32, (1900,) * 16):
+            sailed(bridge, sitl, 50, pulses)
+            found.append([sim.thrust("a")[name] > 0.0 for name in ("left", "right")])
+    assert found == [[True, True], [True, False]]
+    assert len(lines) == 1  # that it has connected
+
+
+def test_a_run_ends_with_its_duration_or_when_it_is_over(one):
+    sim, bridge, sitl = one
+    sitl.socket.settimeout(0.0)
+    asked = []
+
+    def over():
+        sitl.send()
+        asked.append(sim.time)
+        return len(asked) > 5
+
+    bridge.run(duration=0.06, over=over)
+    assert sim.time == pytest.approx(0.06)
+    assert asked == pytest.approx([0.0, 0.02, 0.04, 0.06])
+    bridge.run(over=over)
+    assert (len(asked), sim.time) == (6, pytest.approx(0.08))
 
 
 def test_what_cannot_be_listened_to(world):

@@ -4,7 +4,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from vrx_mj.control.acoustics import ANGLE_NOISE, RANGE_NOISE, MovingBeacon, StillBeacon, sound_bearing
+from vrx_mj.control.acoustics import (
+    _BEACON_ACCELERATION,
+    ANGLE_NOISE,
+    RANGE_NOISE,
+    MovingBeacon,
+    StillBeacon,
+    sound_bearing,
+)
 from vrx_mj.control.navigation import Estimate
 
 
@@ -103,3 +110,18 @@ def test_a_sound_weighs_by_its_noise_along_and_across():
     beacon.update(sound_bearing(sound_of((100.0, 0.0, 0.0), seen), seen, 0.0))
     assert beacon._information[0, 0] == pytest.approx(RANGE_NOISE**-2)
     assert beacon._information[1, 1] == pytest.approx((100.0 * ANGLE_NOISE) ** -2)
+
+
+def test_a_moving_beacon_blurs_as_by_white_acceleration():
+    """Closed form of what is integrated once and twice, and as much in parts as at once."""
+
+    def blurred(*intervals):
+        beacon = MovingBeacon()
+        beacon._covariance = np.zeros((4, 4))
+        for interval in intervals:
+            beacon._carry_on(np.zeros(4), interval)
+        return beacon._covariance
+
+    place, both, velocity = (_BEACON_ACCELERATION**2 * part for part in (1.5**3 / 3.0, 1.5**2 / 2.0, 1.5))
+    assert blurred(1.5) == pytest.approx(np.kron([[place, both], [both, velocity]], np.eye(2)))
+    assert blurred(0.3, 1.2) == pytest.approx(blurred(1.5))

@@ -5,7 +5,20 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from vrx_mj.control.guidance import approach_speed, around, best_order, clear_course, clear_of, orbit, wrap_angle
+from unit.control.test_allocation import LAYOUTS, summed
+from vrx_mj.control.guidance import (
+    Course,
+    _charge,
+    approach_speed,
+    around,
+    best_order,
+    clear_course,
+    clear_of,
+    orbit,
+    wrap_angle,
+)
+from vrx_mj.control.navigation import Estimate, beside, polar
+from vrx_mj.control.velocity import WAMV, Allocation
 
 places = st.tuples(st.floats(-50, 50), st.floats(-50, 50))
 
@@ -129,6 +142,19 @@ def test_the_side_chosen_before_is_kept():
     assert clear_course((0.0, 0.0), 0.0, disc, reach=16.0, before=port) > 0.0
 
 
+@pytest.mark.parametrize(
+    ("along", "across", "share"),
+    [
+        (1.0, 0.0, 1.0), (2.0, 0.0, 1.0), (2.0, -1.0, 0.5), (2.0, 2.0, 0.0), (10.0, 0.0, 0.575), (10.0, 0.5, 0.43125),
+        (18.0, 0.0, 0.15), (30.0, 0.0, 0.15), (-1.0, 0.0, 0.0),
+    ],
+)  # fmt: skip
+def test_a_disc_costs_most_through_its_middle_and_near_by(along, across, share):
+    """Of 6 rad: all where it is touched, less in proportion to how far off it is, down to 15 % at the reach."""
+    centre = beside((3.0, 4.0), 0.7, along, across)
+    assert _charge((3.0, 4.0), 0.7, centre, 2.0, 16.0) == pytest.approx(6.0 * share, abs=1e-9)
+
+
 @pytest.mark.parametrize(("gap", "course"), [(125, 125), (130, 130), (-130, -130), (135, 130), (-135, -130)])
 def test_courses_up_to_130_degrees_off_are_tried_on_each_side(gap, course):
     """Buoys all around leave one gap."""
@@ -142,3 +168,51 @@ def test_between_two_buoys_there_is_a_way_if_they_leave_it():
     assert clear_course((0.0, 0.0), 0.0, discs, reach=16.0) == pytest.approx(0.0)
     shut = [((8.0, 2.0), 2.7), ((8.0, -2.0), 2.7)]
     assert abs(clear_course((0.0, 0.0), 0.0, shut, reach=16.0)) > 0.3
+
+
+# Steering by the bow
+
+
+ENGINES = LAYOUTS["T"]
+
+
+@pytest.fixture
+def course():
+    return Course(ENGINES, WAMV, Allocation(ENGINES))
+
+
+def seen(heading=0.0, velocity=(0.0, 0.0), x=0.0):
+    return Estimate(x, 0.0, 0.0, heading, *velocity, 0.0, None)
+
+
+@pytest.mark.parametrize(
+    ("slide", "bow"),
+    [(0.2, 0.2), (1.5, 1.5), (-1.5, -1.5), (1.7, 1.7 - math.pi), (-1.7, math.pi - 1.7), (3.0, 3.0 - math.pi)],
+)
+@pytest.mark.parametrize("heading", [0.4, -2.0])
+def test_a_stopping_boat_points_its_nearer_end_to_where_it_slides(course, heading, slide, bow):
+    turning = summed(ENGINES, course.sail(seen(heading), 0.0, 0.0, heading + bow))[2]
+    sliding = course.sail(seen(heading, polar(0.31, heading + slide)), 0.0, 0.0, heading + 1.0)
+    assert summed(ENGINES, sliding)[2] == pytest.approx(turning)
+    assert turning * bow > 0.0
+    slow = course.sail(seen(heading, polar(0.29, heading + slide)), 0.0, 0.0, heading + bow)
+    assert summed(ENGINES, slow)[2] == pytest.approx(turning)
+
+
+def test_a_bow_leans_against_what_the_velocity_is_off(course):
+    wanted, velocity = (1.0, 0.2), (0.8, -0.1)
+    turning = summed(ENGINES, course.sail(seen(), 0.0, 0.0, math.atan2(0.5, 1.2)))[2]
+    assert summed(ENGINES, course.sail(seen(0.0, velocity), *wanted, 0.0))[2] == pytest.approx(turning)
+    ahead, _, _ = summed(ENGINES, course.sail(seen(0.0, velocity), *wanted, 0.0))
+    assert ahead == pytest.approx(WAMV.mass * 1.2 * (1.0 - 0.8) + WAMV.drag(1.0, 0.0)[0])
+
+
+def test_a_boat_stays_within_half_a_length_of_its_place_and_goes_back_from_a_whole_one(course):
+    going = []
+    for lengths in (3.0, 0.51, 0.49, 0.99, 1.01, 0.51, 0.49):
+        here = seen(x=-lengths * WAMV.length)
+        commands = course.hold(here, 0.0, 0.0, 0.3, speed=0.5, braking=0.1)
+        speed = min(0.5, approach_speed((lengths - 0.25) * WAMV.length, 0.5 * course._fastest, 0.1))
+        going.append(commands == course.sail(here, speed, 0.0, 0.3))
+        assert going[-1] != (commands == course.sail(here, 0.0, 0.0, 0.3))
+    assert going == [True, True, False, False, True, True, False]

@@ -87,6 +87,17 @@ def test_each_boat_keeps_what_it_was_told():
     assert made.commands() == {}
 
 
+def test_boats_that_come_and_go_leave_the_keys_with_theirs_while_it_is_there():
+    made, engines = pilot("tab", "i"), dict(pilot()._engines)
+    found = []
+    for boats in (("wamv2", "wamv3"), ("wamv3", "wamv1"), (), ("wamv1", "wamv3")):
+        made.change_boats({boat: engines[boat] for boat in boats})
+        found.append((made.boat, set(made.commands())))
+    assert found == [("wamv2", {"wamv2"}), ("wamv3", set()), ("", set()), ("wamv1", set())]
+    made.change_boats({})
+    assert not made.press("i")
+
+
 def test_keys_without_a_meaning_are_refused():
     assert [key for key in ("4", "0", "y", "escape") if pilot().press(key)] == []
 

@@ -2,12 +2,13 @@
 
 import math
 
+import mujoco
 import numpy as np
 import pytest
 
 from integration.sailing import AFLOAT, CALM, boats, simulation
 from vrx_mj.frames import rotation_matrix
-from vrx_mj.runtime.proximity import MAX_DISTANCE
+from vrx_mj.runtime.proximity import MAX_DISTANCE, movers
 
 ROCKS = [
     {"name": name, "model": "dock_block_4x4", "pose": [x, y, 0.0, 0.0, 0.0, yaw]}
@@ -88,3 +89,35 @@ def test_while_something_is_near_it_is_looked_at_every_26_steps(sim):
         sim.advance(1)
         waits.append(int(sim._live.arrays.broadphase["wait"][0]))
     assert waits == [25, *range(24, -1, -1), 25, 24]
+
+
+TREE = """
+<mujoco><worldbody><body pos="5 0 0"><freejoint/><inertial pos="0.4 0 0" mass="9" diaginertia="1 1 1"/>
+  <body pos="1.4 0 0" euler="0 0 90">{first}<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>
+    <body pos="0 -0.7 0" euler="40 0 20">{second}<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>
+      <geom type="sphere" size="0.1" pos="0 0 {far}"/>
+    </body></body></body></worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "radius"),
+    [
+        ("", "", 1.0 + 0.7 + 0.2),
+        ('<joint type="hinge" axis="0 1 0" pos="0 0.3 0"/>', "", math.dist((1.0, 0.0), (0.3, 0.0)) + 0.3 + 0.7 + 0.2),
+        ("", '<joint type="slide" range="-0.2 0.5" limited="true"/>', 1.0 + 0.7 + 1.2 * 0.5 + 0.2),
+        ('<joint type="slide"/>', "", math.inf),
+        ('<joint type="ball" pos="0 0 0.3"/>', '<joint axis="1 0 0" pos="0.1 0 0"/>', None),
+    ],
+)
+def test_a_movers_sphere_holds_its_shapes_wherever_its_joints_are(first, second, radius):
+    model = mujoco.MjModel.from_xml_string(TREE.format(first=first, second=second, far=0.2))
+    (found,) = movers(model)["radius"]
+    if radius is not None:
+        assert found == pytest.approx(radius + 0.1 + 0.05)  # the ball, and the margin
+    data, random = mujoco.MjData(model), np.random.default_rng(1)
+    for _ in range(200):
+        data.qpos[7:] = (
+            random.uniform(-0.2, 0.5, model.nq - 7) if "slide" in second else random.normal(size=model.nq - 7)
+        )
+        mujoco.mj_kinematics(model, data)
+        assert math.dist(data.geom_xpos[0], data.xipos[1]) + 0.1 <= found

@@ -11,6 +11,7 @@ from integration.sailing import AFLOAT, CALM, boats, simulation
 from trees import partial
 from vrx_mj import Simulation, VrxWarning, compile_world
 from vrx_mj.errors import CommandError, VrxError
+from vrx_mj.runtime import run as module
 from vrx_mj.runtime.run import (
     MotionWarnings,
     _by_pair,
@@ -43,6 +44,13 @@ def test_a_run_ends_at_its_duration_whenever_the_controller_is_called(sim, rate)
     assert sim.time == pytest.approx(0.25)
     calls = {10.0: [0.0, 0.1, 0.2], 3.0: [0.0]}.get(rate, [0.01 * step for step in range(25)])
     assert times == pytest.approx(calls)
+
+
+def test_the_wall_time_is_that_of_the_run_and_the_factor_is_of_both(sim, monkeypatch):
+    moments = iter((1000.0, 1000.5))
+    monkeypatch.setattr(module, "clock", SimpleNamespace(perf_counter=lambda: next(moments)))
+    summary = run(sim, 0.25)
+    assert (summary.wall_time, summary.real_time_factor) == (0.5, 0.5)
 
 
 def test_the_way_is_over_ground(sim):

@@ -182,6 +182,18 @@ def oscillation(alpha, beta, omega, start):
     return decay_figures(time, part.y[0], "rad")
 
 
+@pytest.mark.parametrize(("alpha", "extremes"), [(0.91, 3), (1.5, 2)])
+def test_three_extremes_give_linear_damping_and_fewer_nothing(alpha, extremes):
+    found = oscillation(alpha, 0.0, 2.0, 0.2)
+    assert found["extremes"].value == extremes
+    if extremes < 3:
+        assert all(math.isnan(found[name].value) for name in found.keys() - {"extremes"})
+    else:
+        assert found["linear_damping"].value == pytest.approx(alpha, rel=0.03)
+        assert found["damping_ratio"].value == pytest.approx(alpha / math.sqrt(4.0 - alpha**2), rel=0.03)
+        assert found["quadratic_damping"].value == 0.0
+
+
 @pytest.mark.parametrize(("alpha", "beta", "omega", "start"), [(0.05, 0.0, 2.0, 0.2), (0.02, 0.5, 1.5, -0.3)])
 def test_a_decay_gives_its_damping_back(alpha, beta, omega, start):
     found = oscillation(alpha, beta, omega, start)

@@ -261,7 +261,7 @@ def _numbers(values: list[object], type_name: str) -> _Numbers | None:
     except OverflowError:
         return None
     finite = made[np.isfinite(made)]
-    too_large = type_name == "float32" and np.abs(finite).max(initial=0.0) > _FLOAT32_MAX
+    too_large = type_name == "float32" and bool((np.abs(finite) > _FLOAT32_MAX).any())
     return None if too_large else made.astype(layout(type_name))
 
 

@@ -7,12 +7,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from vrx_mj.config.docks import Bay
 from vrx_mj.frames import compose, quaternion
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.model.world import tree_of
 from vrx_mj.rl.problem import Team, open_water, pose_error, team_of, wrap_angle
 from vrx_mj.rl.problems.courses import FollowPath, StationKeeping, Wayfinding
-from vrx_mj.rl.problems.docking import Docking
+from vrx_mj.rl.problems.docking import Docking, _place_of
 from vrx_mj.tasks.courses import pose_error as scored_error
 from vrx_mj.tasks.referee import Pose
 
@@ -165,6 +166,17 @@ def test_docking_is_to_stay_inside_bow_in(docks):
     assert done == [False] * 28 + [True]
     assert not problem.judge(at(x, y, inward + math.pi), GOING).ended[0, 0]
     assert not problem.facts()["inside"][0, 0]
+
+
+@pytest.mark.parametrize("opens", [(-1, 0), (1, 0), (0, -1), (0, 1)])
+def test_a_bay_is_as_deep_and_wide_whichever_way_it_opens(opens, docks):
+    """One of 6 by 4 m: the zone inside is two thirds of its depth, up to 0.5 m from its mouth, and 1.5 m wide."""
+    (dock,), last = docks.parameters.docks, (11, 7) if opens[0] else (7, 11)
+    dock = replace(dock, pose=(0.0,) * 6, block=0.5)
+    x, y, inward, *sizes = _place_of(Bay((0, 0), last, opens), dock)
+    assert sizes == pytest.approx([2.0, 0.75, 2.5])
+    assert (math.cos(inward), math.sin(inward)) == pytest.approx((-opens[0], -opens[1]))
+    assert (x, y) == pytest.approx([0.25 * end + 0.5 * way for end, way in zip(last, opens, strict=True)])
 
 
 def test_bays_turn_with_their_dock(docks):

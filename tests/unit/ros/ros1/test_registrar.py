@@ -11,7 +11,7 @@ from rosbridge_client import Skipping
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.ros.network import Notices
 from vrx_mj.ros.ros1 import registrar as module
-from vrx_mj.ros.ros1.registrar import Link, Registrar
+from vrx_mj.ros.ros1.registrar import Link, MasterAccess, Registrar
 
 URI, API, RPC = "http://127.0.0.1:11311", "http://here:1/", "rosrpc://here:2"
 CLOCK, CMD, RESET = ("/gazebo", "publisher", "/clock"), ("/gazebo", "subscriber", "/cmd"), ("/gazebo", "service", "/r")
@@ -281,3 +281,17 @@ def test_a_second_simulation_of_the_name_is_refused_while_the_first_is_alive(mon
     assert str(caught.value) == (
         f"a simulation is already served there: node /gazebo, {message}, or with: rosnode kill /gazebo"
     )
+
+
+@pytest.mark.parametrize("own", [True, False])
+def test_who_leaves_closes_the_connection_and_ends_its_own_master(own):
+    closed = []
+
+    async def close(what):
+        closed.append(what)
+
+    link = SimpleNamespace(close=lambda: closed.append("link"))
+    master, server = (SimpleNamespace(close=lambda what=what: close(what)) for what in ("master", "server"))
+    access = MasterAccess("127.0.0.1", link, None, *(master, server) if own else ())
+    asyncio.run(access.close())
+    assert closed == ["link", "master", "server"][: 3 if own else 1]

@@ -111,6 +111,19 @@ def test_arrays_of_numbers_are_typed_arrays_in_cbor(talk, other, kind, tag, layo
     assert got["layout"] == {"dim": [], "data_offset": 0}
 
 
+def test_arrays_of_texts_and_messages_are_lists_in_cbor(talk, other):
+    texts, dimensions = ["b", ""], [{"label": "x", "size": 2, "stride": 3}]
+    for topic, kind, msg in (
+        ("/names", "sensor_msgs/JointState", {"name": texts}),
+        ("/numbers", "std_msgs/Int8MultiArray", {"layout": {"dim": dimensions}}),
+    ):
+        talk.say("subscribe", topic=topic, type=kind, compression="cbor")
+        talk.sync()
+        other.say("publish", topic=topic, msg=msg)
+        got = talk.hear()["msg"]
+        assert got["name"] == texts if topic == "/names" else got["layout"]["dim"] == dimensions
+
+
 def test_cbor_keeps_nan(bridged, talk):
     talk.say("subscribe", topic=IMU, compression="cbor")
     talk.sync()

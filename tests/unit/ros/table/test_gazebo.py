@@ -452,12 +452,18 @@ def test_a_wrench_that_cannot_be_applied_is_refused_in_words(course, fields, why
     run(scene, 0.1)
 
 
-def test_a_wrench_ends_when_it_is_cleared_or_its_boat_leaves(course):
+def test_a_wrench_ends_when_it_is_cleared_time_begins_anew_or_its_boat_leaves(course):
     scene = served(course)
     for _ in range(2):
         assert wrench(scene, wrench={"force": {"x": 100.0}}, duration=duration(-1.0)).success
         service(scene, "/gazebo/clear_body_wrenches", "gazebo_msgs/BodyRequest", body_name="wamv::wamv/base_link")
         run(scene, 0.1)
+    assert wrench(scene, wrench={"force": {"x": 100.0}}, duration=duration(-1.0)).success
+    still = served(course)
+    for one in (scene, still):
+        service(one, "/gazebo/reset_simulation", "std_srvs/Empty")
+        run(one, 0.1)
+    assert scene.sim.get_state().sha256 == still.sim.get_state().sha256
     assert wrench(scene, wrench={"force": {"x": 100.0}}, duration=duration(-1.0)).success
     assert service(scene, "/gazebo/delete_model", "gazebo_msgs/DeleteModel", model_name="wamv").success
     assert scene.told[-2:] == ["the force on wamv::wamv/base_link ends: it left", "wamv leaves"]

@@ -82,6 +82,7 @@ def test_the_boat_is_where_it_is_by_frames_odometry_and_fix(source, heading):
     assert origin + axes @ xyz(last(scene, GPS).pose.pose.position) == pytest.approx(true.position, abs=0.02)
     fix, earth = last(scene, FIX), scene.sim.world.parameters.georeference
     assert earth.to_enu(fix.latitude, fix.longitude, fix.altitude) == pytest.approx(true.position, abs=0.01)
+    assert (fix.status.status, fix.position_covariance_type) == (fix.status.STATUS_GBAS_FIX, fix.COVARIANCE_TYPE_KNOWN)
     for covariance in (odometry.pose.covariance, odometry.twist.covariance):
         assert np.linalg.eigvalsh(covariance.reshape(6, 6)).min() > 0.0
 

@@ -189,6 +189,19 @@ def test_boats_are_asked_for_once_a_second(socket):
     assert asked_at(socket, scene, 3.0) == pytest.approx([0.0, 1.0, 2.0], abs=0.03)
 
 
+def test_boats_of_a_world_that_had_not_shown_itself_yet_are_asked_for_again(socket):
+    scene, known = Scene(Bridge(URL), socket.monotonic), []
+    for boats in ((), ("a1", "a2"), ("a1",)):
+        scene._count({"topics": [f"/{boat}/cmd_vel" for boat in boats]}, True)
+        known.append((scene.is_known, tuple(scene.engines)))
+        scene._world({"data": json.dumps(CHART)})
+        known.append((scene.is_known, tuple(scene.engines)))
+        assert asked_at(socket, scene, 0.1) == [0.0]
+    assert known == [
+        (False, ()), (False, ()), (True, ("a1", "a2")), (True, ("a1", "a2")), (True, ("a1",)), (True, ("a1",))
+    ]  # fmt: skip
+
+
 def test_time_counts_as_paused_without_a_clock_and_as_was_asked_for_a_second(socket):
     scene = Scene(Bridge(URL), socket.monotonic)
     seen = []
