@@ -237,7 +237,7 @@ def _points(reading: Reading) -> Message:
     return _cloud_message(reading, _rows(_POINT, reading.data)[np.newaxis])
 
 
-def _rows(layout: np.dtype[Any], cloud: PointCloud) -> npt.NDArray[Any]:
+def _rows(layout: np.dtype[np.void], cloud: PointCloud) -> npt.NDArray[np.void]:
     rows = np.zeros(len(cloud.points), layout)
     for axis, name in enumerate("xyz"):
         rows[name] = cloud.points[:, axis]
@@ -245,7 +245,7 @@ def _rows(layout: np.dtype[Any], cloud: PointCloud) -> npt.NDArray[Any]:
     return rows
 
 
-def _cloud_message(reading: Reading, rows: npt.NDArray[Any]) -> Message:
+def _cloud_message(reading: Reading, rows: npt.NDArray[np.void]) -> Message:
     """Points in rows (height, width), of a layout."""
     columns = [
         new("sensor_msgs/PointField", name=name, offset=column[1], datatype=_DATATYPES[column[0].name], count=1)
@@ -279,7 +279,7 @@ def _vrx3_lidar(_host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]:
         yield Output(f"{stems.vrx3}/scan", _SCAN, scan, config.rate, key, dialects=VRX3)
 
 
-def _organized(cloud: PointCloud, config: LidarConfig) -> npt.NDArray[Any]:
+def _organized(cloud: PointCloud, config: LidarConfig) -> npt.NDArray[np.void]:
     """Points (rings, samples) of every ray; infinite without a return."""
     rows = np.zeros((config.rings, config.samples), _VRX3_POINT)
     for name in "xyz":
