@@ -243,7 +243,7 @@ def _with_hydrodynamics(
             rest: Any = guess.values[key]
             guess.values[key] = tuple(b if a is None else a for a, b in zip(six, rest, strict=True))
     values = HydrodynamicsConfig.model_validate({**guess.values, **given})
-    boat = replace(boat, hydrodynamics=values, pushed=guess.pushed)
+    boat = replace(boat, hydrodynamics=values, pushed=None if hull else guess.pushed)
     return boat, (*guess.notes, *_derivation_notes(guess, given, boat.water, hull))
 
 

@@ -8,9 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from urdf_boats import assemble, joint, link
+from vrx_mj import compile_world
 from vrx_mj.config.dynamics import HydrodynamicsConfig
-from vrx_mj.errors import VrxError
+from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.mjcf.flotation import derived_floats, derived_lines
+from vrx_mj.mjcf.hulls import about_origin
 
 RHO = 997.8
 
@@ -209,3 +211,21 @@ def test_a_mass_on_any_joint_that_is_held_floats_as_on_a_fixed_one(kind):
     fixed = assemble(link("mast", 20), joint("step", "mast", kind="fixed", xyz="0 0.1 0.3"),
                      hull=link("base_link", 100, shape('box size="2 1 0.5"')))  # fmt: skip
     assert derived_floats(boat, RHO, 2) == derived_floats(fixed, RHO, 2)
+
+
+def test_a_marine_hull_has_its_added_mass_and_its_wind_at_the_centre_of_mass(tmp_path):
+    """Floats that follow from shapes push elsewhere, on the z axis of the base link."""
+    center, added = (0.2, -0.1, 0.05), (3.0, 40.0, 60.0, 1.0, 4.0, 4.0)
+    hull = link("base_link", 100, shape('box size="2 1 0.5"'))
+    hull = hull.replace("<inertial>", f'<inertial><origin xyz="{" ".join(map(str, center))}"/>')
+    (tmp_path / "box.urdf").write_text(f'<robot name="box">{hull}</robot>', encoding="utf-8")
+    text = (
+        f"urdf: box.urdf\nhydrodynamics: {{added_mass: {list(added)}}}\nhull: {{damping_linear: [0, 0, 9, 9, 9, 9]}}\n"
+    )
+    (tmp_path / "box.yaml").write_text(text, encoding="utf-8")
+    boat = {"robot": str(tmp_path / "box.yaml"), "boats": [{"name": "a", "pose": [0.0] * 6}]}
+    with pytest.warns(VrxWarning):  # it has no thruster
+        world = compile_world({"physics": {"profile": "marine"}, "sea": {"model": "none"}}, fleet=boat)
+    (found,) = world.parameters.hulls
+    assert found.link_com == pytest.approx(center)
+    assert np.array(found.vessel.added_mass) == pytest.approx(about_origin(np.diag(added), center))
