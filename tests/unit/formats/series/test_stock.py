@@ -76,7 +76,7 @@ STOCK = {
     "scan_dock_deliver": f"{LAKE}\n    {WIND}\n    scan_dock_deliver: [{{{DELIVER}}}]",
     "gymkhana": f"{LAKE}\n    {WIND}\n    gymkhana: [{{name: \"'gymkhana'\"}}]",
 }
-NAMES = {"short_navigation_course_0": "gymkhana_navigation_course", "obstacle_course": "gymkhana_obstacle_course"}
+NAMES = {"short_navigation_course_0": "gymkhana_navigation_course", "buoys": "gymkhana_obstacle_course"}
 """The macro names the courses of a gymkhana otherwise than the stock world."""
 
 
