@@ -77,12 +77,14 @@ def test_winds_and_contacts_are_silent_without_debugging(host, monkeypatch, debu
     assert task == (["/vrx/debug/contact"] if debug == "true" else [])
 
 
-def test_the_wind_blows_to_degrees_from_east(host):
-    made = [output.make().data for output in world._wind(host)]
-    assert {round(value, 3) for value in made} == {3.5, round(math.degrees(3.5) - 360.0, 3)}
-    host.sim.wind.direction = -1.5
-    made = [output.make().data for output in world._wind(host)]
-    assert {round(value, 3) for value in made} == {3.5, round(math.degrees(-0.5), 3)}
+@pytest.mark.parametrize(("direction", "degrees"), [(2.5, 200.535), (-1.5, 331.352), (-1.0, 0.0)])
+def test_the_wind_blows_to_degrees_from_east(host, direction, degrees):
+    """From -180 to 180 with VRX's names, from 0 to 360 with VRX 3's."""
+    host.sim.wind.direction = direction
+    made = {(output.name, *output.dialects): output.make().data for output in world._wind(host)}
+    assert {made["/vrx/debug/wind/speed", each] for each in ("vrx", "vrx3")} == {3.5}
+    assert made["/vrx/debug/wind/direction", "vrx"] == pytest.approx(math.remainder(degrees, 360.0), abs=1e-3)
+    assert made["/vrx/debug/wind/direction", "vrx3"] == pytest.approx(degrees, abs=1e-3)
 
 
 def test_placards_lights_and_formations_are_inputs(host):
