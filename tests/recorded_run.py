@@ -33,7 +33,7 @@ PARAMETERS = {
 
 def sea_height(x, y, t):
     """One regular wave running east [m]."""
-    return AMPLITUDE * np.cos(2 * math.pi * (np.asarray(x) / LENGTH - t / PERIOD))
+    return AMPLITUDE * np.vectorize(math.cos)(2 * math.pi * (np.asarray(x) / LENGTH - t / PERIOD))  # of all processors
 
 
 def surface(mesh, rgba):

@@ -20,7 +20,7 @@ def world():
 def accelerations(model):
     """Number of contacts with the boat across a buoy, and accelerations of all but the ball, which sleeps in MuJoCo."""
     data = mujoco.MjData(model)
-    data.joint("wamv/free").qpos[:3] = model.body("robotx_light_buoy/base_link").pos
+    data.joint("wamv/free").qpos[:3] = model.body("robotx_light_buoy_rgb/base_link").pos
     data.qvel[:] = 0.1 * np.cos(np.arange(model.nv))
     mujoco.mj_forward(model, data)
     balls = [model.body(number).name.endswith("ball_shooter/link") for number in range(model.nbody)]
