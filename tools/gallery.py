@@ -4,9 +4,9 @@ Run by hand after the catalogue has changed: `python tools/gallery.py` (3 minute
 `vrx-mj doctor`). `python tools/gallery.py --text` writes the page alone.
 """
 
+import argparse
 import functools
 import re
-import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import groupby
@@ -219,5 +219,7 @@ def _draw_things(pictures: Any) -> None:
 
 if __name__ == "__main__":
     (DOCS / "gallery.md").write_text(page(), encoding="utf-8", newline="\n")
-    if "--text" not in sys.argv[1:]:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--text", action="store_true", help="write the page alone")
+    if not parser.parse_args().text:
         draw()
