@@ -218,8 +218,9 @@ def _draw_things(pictures: Any) -> None:
 
 
 if __name__ == "__main__":
-    (DOCS / "gallery.md").write_text(page(), encoding="utf-8", newline="\n")
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--text", action="store_true", help="write the page alone")
-    if not parser.parse_args().text:
+    options = parser.parse_args()
+    (DOCS / "gallery.md").write_text(page(), encoding="utf-8", newline="\n")
+    if not options.text:
         draw()
