@@ -7,6 +7,7 @@ What is parsed in the process without rights is in no map: its mutants are left 
 
 import ast
 import base64
+import contextlib
 import functools
 import itertools
 import json
@@ -14,7 +15,6 @@ import os
 import sqlite3
 import subprocess
 import sys
-import threading
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -205,25 +205,20 @@ def _statement(file: Path, line: int) -> range:
 
 def _tests_of(file: Path, lines: range) -> Iterator[str]:
     """The tests that run some of a file's lines."""
-    from coverage.numbits import nums_to_numbits
-
-    found = _map(os.environ[FOLDER], threading.get_ident()).execute(
-        "select context from line_bits join file on file.id = file_id join context on context.id = context_id"
-        " where path = ? and numbits_any_intersection(numbits, ?)",
-        (file.relative_to(ROOT).as_posix(), nums_to_numbits(lines)),
-    )
-    times = _times(os.environ[FOLDER])
-    return (test for (test,) in found if test in times)
+    wanted = ((1 << len(lines)) - 1) << lines.start
+    return (test for test, ran in _lines_by_test(os.environ[FOLDER], file) if ran & wanted)
 
 
 @functools.cache
-def _map(folder: str, _thread: int) -> sqlite3.Connection:
-    """A connection of a thread's own: two that share one wait for each other for ever, as they call Python."""
-    from coverage.numbits import register_sqlite_functions
-
-    connection = sqlite3.connect(Path(folder) / "lines")
-    register_sqlite_functions(connection)
-    return connection
+def _lines_by_test(folder: str, file: Path) -> list[tuple[str, int]]:
+    """Tests, and the lines of a file that each runs, as the bits of a number."""
+    query = (
+        "select context, numbits from line_bits join file on file.id = file_id join context on context.id = context_id"
+        " where path = ?"
+    )
+    with contextlib.closing(sqlite3.connect(Path(folder) / "lines")) as connection:
+        found, times = connection.execute(query, (file.relative_to(ROOT).as_posix(),)), _times(folder)
+        return [(test, int.from_bytes(bits, "little")) for test, bits in found if test in times]
 
 
 @functools.cache
