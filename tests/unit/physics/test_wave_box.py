@@ -53,6 +53,16 @@ def test_a_wave_is_met_within_a_share_of_its_amplitude(depth, length, bound):
     assert (found[~wet] <= 0.0).all()
 
 
+def test_waves_grow_with_the_ramp_of_the_sea():
+    """To 40 % of their height after 1 s."""
+    waves, water = sea(components(regular_wave(0.2, 6.0, (0.8, 0.6), Site())), tau=-1.0 / math.log(0.6))
+    found, exact = pressures(POINTS, POSE, waves, water, 1.0)
+    full, _ = pressures(POINTS, POSE, waves, sea([])[1], 1.0)
+    wet = exact > 0.0
+    assert np.abs(found - exact)[wet].max() < 1e-4 * 1025.0 * 9.81 * 0.1
+    assert np.abs(found - full)[wet].max() > 0.1 * 1025.0 * 9.81 * 0.1
+
+
 @pytest.mark.parametrize("depth", [math.inf, 12.0])
 @pytest.mark.parametrize("phase", [0.0, 0.25, 0.5, 0.75])
 def test_depth_counts_from_the_surface_that_lifts_the_hull(phase, depth):
