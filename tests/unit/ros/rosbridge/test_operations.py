@@ -228,6 +228,15 @@ def test_clients_talk_to_each_other(talk, other):
     assert other.call("/rosapi/topic_type", {"topic": "chat"})["values"] == {"type": ""}
 
 
+def test_a_latched_message_for_which_there_is_no_room_is_told_of(talk, monkeypatch):
+    monkeypatch.setattr("vrx_mj.ros.rosbridge.server.MOST_INCOMING", 200)
+    talk.say("advertise", topic="/chat", type="std_msgs/String", latch=True)
+    talk.say("publish", topic="/chat", msg={"data": "short"})
+    talk.say("publish", topic="/chat", msg={"data": 300 * "x"})
+    (told,) = talk.sync()
+    assert told["msg"] == "publish: /chat is latched, but 200 characters are already kept"
+
+
 def test_commands_are_heard_by_other_clients(bridged, talk, other):
     other.say("subscribe", topic=THRUST)
     other.sync()
