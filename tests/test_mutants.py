@@ -3,6 +3,7 @@
 import ast
 import re
 from collections import Counter
+from types import SimpleNamespace
 
 import pytest
 
@@ -10,7 +11,7 @@ from mutants.catalogue import KINDS, ROOT, Mutant, mutants
 from mutants.lines import FOLDER, _within, far_line_tests, near_line_tests, write_map
 from mutants.random_mutants import SOURCES, all_of, draw, edits_of, mutable
 from mutants.run import DRAWN, EQUAL_MUTANTS, MARKS, STAGES, killed_share, table
-from mutants.scratch import nearest_tests, own_tests, related_tests
+from mutants.scratch import Scratch, nearest_tests, own_tests, related_tests
 
 MUTANTS = mutants()
 PACKAGES = {path.parent.relative_to(ROOT / "src/vrx_mj").as_posix() for path in (ROOT / "src").rglob("*.py")}
@@ -140,3 +141,16 @@ def test_a_map_finds_the_tests_that_run_a_line_or_what_uses_it(tmp_path, monkeyp
     assert not any("sail" in test or "wind" in test for test in drawn)
     assert "test_drag_is_along_the_wind_and_lift_across_it" in of("physics/sail.py", "pressure = 0.5")  # compiled
     assert of("bar.py", "_DRAW_PERIOD = 0.1", far_line_tests) == []
+
+
+@pytest.mark.parametrize(
+    ("code", "told"),
+    [(1, "FAILED {} - no"), (1, "ERROR {}"), (4, "ERROR: not found: /0/tree/{}\n(no match in any of [<Module a.py>])")],
+)
+def test_what_a_mutant_breaks_is_named_by_its_test(tmp_path, monkeypatch, code, told):
+    """Also where the test is no longer there, since its parameters come from the source."""
+    test = "tests/a.py::test_b[c]"
+    (tmp_path / "pytest.log").write_text(told.format(test), encoding="utf-8")
+    monkeypatch.setattr("mutants.scratch.run_pytest", lambda *_: code)
+    copy = SimpleNamespace(tree=tmp_path / "tree", cache=tmp_path, _sound={})
+    assert Scratch.run_tests(copy, [], 1.0) == ("failed", test)

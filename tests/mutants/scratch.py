@@ -182,13 +182,13 @@ class Scratch:
         if code < 0:
             return "failed", ""
         output = log.read_text(encoding="utf-8", errors="replace")
-        # a test's file or its conftest, which the mutant breaks
-        unimported = code == 4 and ("found no collectors" in output or "while loading conftest" in output)
-        if code not in {0, 1, 2, 5} and not unimported:
+        # a test's file, its conftest or its parameters, which the mutant breaks
+        broken = "found no collectors", "while loading conftest", "no match in any of"
+        if code not in {0, 1, 2, 5} and not (code == 4 and any(text in output for text in broken)):
             raise RuntimeError(f"pytest ended with {code}:\n{output[-4000:]}")
         if code in {0, 5}:  # 5: no test was chosen
             return "passed", ""
-        found = re.search(r"^(?:FAILED|ERROR) (\S+)", output, re.MULTILINE)
+        found = re.search(r"^(?:FAILED |ERROR |ERROR: not found: .*/tree/)(\S+)", output, re.MULTILINE)
         return "failed", found.group(1) if found else ""
 
 
