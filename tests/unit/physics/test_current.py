@@ -47,6 +47,14 @@ def test_a_tide_draws_an_ellipse():
     assert (turns > 0.0).all()  # counter-clockwise
 
 
+def test_the_phase_of_a_tide_is_how_far_it_has_gone_at_the_start():
+    fields = {"tide_major": (0.3, 0.6), "tide_minor": (-0.2, 0.1), "tide_frequency": 0.4}
+    ahead, later = stream(**fields, tide_phase=0.7), stream(**fields)
+    for t in (0.0, 3.0, 11.0):
+        expected = current_velocity(*later, EVEN, 0.0, t + 0.7 / 0.4)
+        assert current_velocity(*ahead, EVEN, 0.0, t) == pytest.approx(expected, abs=1e-12)
+
+
 @pytest.mark.parametrize("dt", [0.01, 1.0, 30.0])
 def test_the_random_part_has_its_deviation_and_time_constant_at_any_step(dt):
     flow, state = stream(gain=0.1, time_constant=20.0)
