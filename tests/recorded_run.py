@@ -32,8 +32,9 @@ PARAMETERS = {
 
 
 def sea_height(x, y, t):
-    """One regular wave running east [m]."""
-    return AMPLITUDE * np.vectorize(math.cos)(2 * math.pi * (np.asarray(x) / LENGTH - t / PERIOD))  # of all processors
+    """One regular wave running east [m], to the same bits on all processors."""
+    cosine = np.vectorize(math.cos, otypes=[float])
+    return AMPLITUDE * cosine(2 * math.pi * (np.asarray(x) / LENGTH - t / PERIOD))
 
 
 def surface(mesh, rgba):

@@ -376,7 +376,7 @@ def test_lists_of_a_course_keep_their_lengths_in_a_state(kind):
     [
         ("wayfinding", {"errors": [1.0]}, "1 of 2 errors"),
         ("dock", {"hits": [{"size": "small"}]}, "a hit needs time, ball, bay, size, points"),
-        ("wildlife", {"animals": [{"x": 1.0}]}, "an animal needs latitude, longitude, name, x, y, z"),
+        ("wildlife", {"animals": [{"x": 1.0}]}, "an animal needs latitude, longitude, name, x, y, yaw, z"),
     ],
 )
 def test_what_teams_see_is_whole_in_a_state(kind, part, reason):
