@@ -299,7 +299,7 @@ def test_a_task_goes_on_while_objects_come_and_go():
             if join and second == 3:
                 sim.spawn_object("extra", model="mb_round_buoy_orange", pose=[-500, 230, 0.3, 0, 0, 0])
             if join and second == 8:
-                sim.remove("obstacle_course")
+                sim.remove("buoys")
             sim.step({"wamv": AHEAD}, duration=1.0)
         return sim.task, sim.task_events, sim.observe()["wamv"].position.tolist()
 
