@@ -420,8 +420,7 @@ class Localizer:
 
 def _lever(arm: FloatArray, covariance: FloatArray) -> FloatArray:
     """(3, 3) covariance of the end of a lever whose turns have a covariance."""
-    x, y, z = arm
-    across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    across = np.cross(arm, np.eye(3))
     moved: FloatArray = across @ covariance @ across.T
     return moved
 

@@ -418,7 +418,7 @@ def _unique(world: Parameters) -> Iterator[str]:
         ("sensors of a boat", [(sensor.boat, sensor.name) for sensor in world.sensors]),
     ]
     for kind, names in kinds:
-        for name, count in Counter(names).most_common(1):
+        for name, count in Counter(names).items():
             if count > 1:
                 yield f"{kind}: the name {name!r} is given {count} times"
 

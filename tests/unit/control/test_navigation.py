@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrx_mj.control.navigation import Navigator, Spin, TangentPlane
+from vrx_mj.control.navigation import Navigator, Spin, TangentPlane, _lever
 from vrx_mj.errors import SensorError, VrxWarning
 from vrx_mj.frames import rotation_matrix
 
@@ -171,3 +171,9 @@ def test_a_fix_is_of_the_antenna_or_of_base_link_by_its_height(altitude, is_ante
     assert found.z == pytest.approx(altitude - 1.3 if is_antenna else altitude)
     found = navigate(boat(*SYDNEY, altitude=altitude, mount=mount, yaw=0.5 + math.pi), 0.0)
     assert math.hypot(found.x, found.y) == pytest.approx(1.7 if is_antenna else 0.0, abs=1e-6)
+
+
+def test_turns_that_are_not_certain_move_the_end_of_a_lever():
+    arm, turns = np.array([0.7, -0.2, 1.3]), np.array([[4.0, 1.0, 0.5], [1.0, 3.0, -0.7], [0.5, -0.7, 2.0]])
+    moves = np.cross(np.linalg.cholesky(turns).T, arm)  # of three turns with that covariance
+    assert _lever(arm, turns) == pytest.approx(moves.T @ moves, rel=1e-12)

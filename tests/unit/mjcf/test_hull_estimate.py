@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from vrx_mj.mjcf.hull_estimate import DENSITY, added_mass_of_sections, estimated_hull, shares_of_strips
+from vrx_mj.mjcf.hull_estimate import _HOERNER, DENSITY, added_mass_of_sections, estimated_hull, shares_of_strips
 from vrx_mj.packages import root
 
 
@@ -137,3 +137,9 @@ def test_a_small_turn_grows_as_the_equations_about_the_origin_say(ahead):
     assert boat.course[1] == pytest.approx(float(roots.real.max()), rel=1e-9)
     _, _, moment, _ = boat.course
     assert (moment > 0.0) == (boat.course[0] < 0.0)
+
+
+def test_the_broader_a_hull_for_its_draft_the_less_it_drags_across():
+    broader, drag = np.diff(_HOERNER)
+    assert np.all(broader > 0.0)
+    assert np.all(drag < 0.0)

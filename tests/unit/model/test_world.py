@@ -140,6 +140,9 @@ def test_a_name_is_given_once(swimmers):
     twin = replace(swimmers.boats[1], name=swimmers.boats[0].name)
     named = list(broken_references(replace(swimmers, boats=(swimmers.boats[0], twin))))
     assert "boats, objects and docks: the name 'wamv1' is given 2 times" in named
+    both = (*swimmers.boats, *swimmers.boats)
+    named = [fault for fault in broken_references(replace(swimmers, boats=both)) if "given 2 times" in fault]
+    assert len(named) == len(swimmers.boats)
 
 
 def test_a_hull_has_the_thrusters_that_say_so(swimmers):
