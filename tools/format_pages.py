@@ -208,9 +208,15 @@ def default(info: FieldInfo) -> str:
     if isinstance(value, float | int):
         return f"`{number(value)}`"
     if isinstance(value, tuple):
-        text = ", ".join(number(part) if isinstance(part, float) else str(part) for part in value)
-        return f"`[{text}]`"
+        return f"`{_list(value)}`"
     return f"`{value}`" if value else ""
+
+
+def _list(value: object) -> str:
+    """Numbers, texts and lists of them as YAML has them."""
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(_list, value))}]"
+    return number(value) if isinstance(value, float) else str(value)
 
 
 def number(value: float) -> str:

@@ -115,6 +115,8 @@ def select(only: Sequence[str], ids: Sequence[str]) -> list[Mutant]:
     unknown = set(ids) - {mutant.id for mutant in known}
     if unknown:
         raise SystemExit(f"no mutants with the ids {', '.join(sorted(unknown))}")
+    if foreign := set(only) - (packages := {mutant.package for mutant in known}):
+        raise SystemExit(f"no mutants of {', '.join(sorted(foreign))}; packages: {', '.join(sorted(packages))}")
     picked = [m for m in known if not only or m.package in only]
     return [mutant for mutant in picked if not ids or mutant.id in ids]
 

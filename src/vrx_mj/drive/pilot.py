@@ -304,7 +304,11 @@ class Engine:
 def engines_of(world: World, boat: str) -> tuple[Engine, ...]:
     """The thrusters and rudders of a boat that the keys drive."""
     centre = world.parameters.hulls[world.boats.index(boat)].body_com
-    rows = (thruster for thruster in world.parameters.thrusters_of(boat) if thruster.sail is None)
+    rows = (
+        thruster
+        for thruster in world.parameters.thrusters_of(boat)
+        if thruster.mapping == RUDDER or not thruster.is_blade
+    )
     engines = (_engine(thruster, centre) for thruster in rows)
     return tuple(engine for engine in engines if engine.rudder or abs(engine.forward) > _MIN_FORWARD_SHARE)
 

@@ -322,7 +322,8 @@ class Simulation(Roster):
 
         Forces [N] and torques [N m] are in world axes, about the boat's centre of mass, `.center`. `.total` is their
         sum, all that acts from outside; `hydrostatics` is buoyancy, `gravity` the weight, and `contact` that of the
-        last step. Inertial effects are in `.inertial`. UnknownNameError if no boat has that name.
+        last step. Inertial effects are in `.inertial`. A command that is older than its thruster's timeout is 0 there,
+        while `thrust` is of the last step. UnknownNameError if no boat has that name.
         """
         check_name("boat", boat, self.boats)
         return boat_forces(self._live.arrays, self._live.run_copy(), self.boats.index(boat), self.time)

@@ -32,7 +32,7 @@ def panels_of(page):
     for line in page.splitlines():
         if re.match(r"\S.*:$", line):
             heading = line[:-1]
-        elif name := re.match(r"  ([a-z]+)  +\S", line):
+        elif name := re.match(r"  ([a-z-]+)  +\S", line):
             found.setdefault(heading, []).append(name.group(1))
     return found
 
