@@ -118,6 +118,10 @@ class Service:
         return types.new(kind, **values)
 
 
+Entry = Output | Input | Service
+"""A topic or a service."""
+
+
 @dataclass(frozen=True)
 class RosInterface:
     """All that a simulation offers, by name."""

@@ -22,7 +22,7 @@ from vrx_mj.mjcf.build import boat_urdf
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Thruster
 from vrx_mj.physics.tables import BLADES
-from vrx_mj.ros.interface import BOTH, VRX, VRX3, Input, Output, Service
+from vrx_mj.ros.interface import BOTH, VRX, VRX3, Entry, Input, Output, Service
 from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.parameters import command_topic
 from vrx_mj.ros.table.host import Host, header
@@ -451,18 +451,17 @@ class Localization:
             transform(time, odom, f"{self._boat}/{BASE}", place, turn),
         ]
 
-    def outputs(self) -> Iterator[Output]:
-        """Where it is, by all and by the fix alone, and the first as a fix."""
+    def topics(self) -> Iterator[Entry]:
+        """Where it is, by all and by the fix alone, the first as a fix, and `fromLL`, `toLL` and `datum`.
+
+        The services are without a namespace, too, where there is one boat.
+        """
         output = partial(Output, rate=_ODOMETRY_RATE, dialects=BOTH, recorded="nowhere")
         yield output(f"{self._stem}/odometry/filtered", _ODOMETRY, self._filtered_odometry)
-        if self._earth is not None:
-            yield output(f"{self._stem}/odometry/gps", _ODOMETRY, self._by_gps)
-            yield output(f"{self._stem}/gps/filtered", "sensor_msgs/NavSatFix", self._as_fix)
-
-    def services(self) -> Iterator[Service]:
-        """`fromLL`, `toLL` and `datum`, without a namespace, too, where there is one boat."""
         if self._earth is None:
             return
+        yield output(f"{self._stem}/odometry/gps", _ODOMETRY, self._by_gps)
+        yield output(f"{self._stem}/gps/filtered", "sensor_msgs/NavSatFix", self._as_fix)
         service = partial(Service, dialects=BOTH)
         for stem in (self._stem, "")[: 2 if len(self._host.sim.boats) == 1 else 1]:
             yield service(

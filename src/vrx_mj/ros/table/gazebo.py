@@ -13,7 +13,7 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, VrxError
 from vrx_mj.frames import Pose, angles, conjugate, quaternion_product, rotation, rotation_matrix
-from vrx_mj.ros.interface import VRX3, Input, Output, Service
+from vrx_mj.ros.interface import VRX3, Entry, Input, Output, Service
 from vrx_mj.ros.messages import Message, fields, kind, new
 from vrx_mj.ros.table.boats import UNTURNED
 from vrx_mj.ros.table.host import Host, JointAxis, Placed, header, pose_message, twist_message
@@ -27,8 +27,8 @@ _METRICS_RATE = 5.0
 """Rate of metrics [Hz]: Gazebo's."""
 
 
-def gazebo_outputs(host: Host) -> Iterator[Output]:
-    """`model_states`, `link_states` and `performance_metrics`."""
+def gazebo_topics(host: Host) -> Iterator[Entry]:
+    """Topics of Gazebo, and the services that the tutorials and common scripts call."""
 
     def models() -> Message:
         return _states("gazebo_msgs/ModelStates", dict(host.bodies.all_models()))
@@ -45,16 +45,8 @@ def gazebo_outputs(host: Host) -> Iterator[Output]:
         _METRICS_RATE,
         recorded="nowhere",
     )
-
-
-def gazebo_inputs(host: Host) -> Iterator[Input]:
-    """`set_model_state` and `set_link_state`."""
     yield Input("/gazebo/set_model_state", "gazebo_msgs/ModelState", lambda state: _set_model(host, state))
     yield Input("/gazebo/set_link_state", "gazebo_msgs/LinkState", lambda state: _set_link(host, state))
-
-
-def gazebo_services(host: Host) -> Iterator[Service]:
-    """Gazebo's services that the tutorials and common scripts call."""
     for name, type_name, do in _SERVICES:
         reports = "success" in fields(f"{type_name}Response")
         yield Service(f"/gazebo/{name}", type_name, partial(do, host), reports)

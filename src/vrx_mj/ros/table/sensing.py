@@ -12,7 +12,7 @@ import numpy.typing as npt
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import LidarConfig
 from vrx_mj.frames import rotation_matrix
-from vrx_mj.ros.interface import VRX, VRX3, Input, Output, Service, with_vrx3
+from vrx_mj.ros.interface import VRX, VRX3, Entry, Input, Output, Service, with_vrx3
 from vrx_mj.ros.messages import Message, fields, new, stamp
 from vrx_mj.ros.table.host import Host, header, odometry
 from vrx_mj.runtime.mounted import Mounted
@@ -95,17 +95,15 @@ class SensorTopics:
     """Stem of its topics in VRX 3; `{}` is the sensor's name. Without it a second sensor's stem ends in its name."""
     made: tuple[SensorTopic, ...] = ()
     """Topics made of readings."""
-    outputs: Callable[[Host, Mounted, Stems], Iterator[Output]] = lambda _host, _sensor, _stems: iter(())
-    """Further topics that are published."""
-    inputs: Callable[[Host, Mounted, Stems], Iterator[Input]] = lambda _host, _sensor, _stems: iter(())
-    """Topics that are subscribed to; those of one name are one topic, which all of them take."""
+    more: Callable[[Host, Mounted, Stems], Iterator[Entry]] = lambda _host, _sensor, _stems: iter(())
+    """Further topics; those that are subscribed to and have one name are one topic, which all of them take."""
 
     def of(self, config: Any) -> tuple[SensorTopic, ...]:
         """Topics made of the readings of a sensor with a configuration."""
         return tuple(topic for topic in self.made if topic.asked(config))
 
 
-def sensor_outputs(host: Host, boat: str) -> Iterator[Output]:
+def sensor_topics(host: Host, boat: str) -> Iterator[Entry]:
     """The topics of a boat's sensors; a GPS has none in a world without a georeference, as in Gazebo."""
     for sensor, stems in _stems(host, boat):
         config, topics = sensor.config, TOPICS[sensor.config.type]
@@ -116,13 +114,7 @@ def sensor_outputs(host: Host, boat: str) -> Iterator[Output]:
             output = Output(stems.vrx + topic.tail, topic.type, make, config.rate, (boat, sensor.name))
             tails = (topic.tail,) if topic.vrx3 is None else topic.vrx3
             yield from with_vrx3(output, *(stems.vrx3 + tail for tail in tails))
-        yield from topics.outputs(host, sensor, stems)
-
-
-def sensor_inputs(host: Host, boat: str) -> Iterator[Input]:
-    """The topics that a boat's sensors subscribe to."""
-    for sensor, stems in _stems(host, boat):
-        yield from TOPICS[sensor.config.type].inputs(host, sensor, stems)
+        yield from topics.more(host, sensor, stems)
 
 
 def sensor_services(host: Host) -> Iterator[Service]:
@@ -385,8 +377,8 @@ def _signal(reading: Reading) -> Message:
     )
 
 
-def _markers(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]:
-    """VRX's arrow, and its red ball where the beacon really is."""
+def _pinger(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Entry]:
+    """VRX's arrow, its red ball where the beacon really is, and what places it: VRX 3 has one topic for all boats."""
 
     def ball() -> Message:
         return new(
@@ -399,17 +391,12 @@ def _markers(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]:
             color={"r": 1.0, "a": 1.0},
         )
 
-    marker, key = "visualization_msgs/Marker", (sensor.boat, sensor.name)
-    yield Output(f"{stems.vrx}/marker/signal", marker, _signal, sensor.config.rate, key)
-    yield Output(f"{stems.vrx}/marker/ground_truth", marker, ball, 1.0 / _MARKER_PERIOD, latched=True)
-
-
-def _place_beacon(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Input]:
-    """VRX 3 has one topic that places the beacons of all boats."""
-
     def place(message: Message) -> None:
         host.sim.set_pinger(sensor.boat, sensor.name, (message.x, message.y, message.z))
 
+    marker, key = "visualization_msgs/Marker", (sensor.boat, sensor.name)
+    yield Output(f"{stems.vrx}/marker/signal", marker, _signal, sensor.config.rate, key)
+    yield Output(f"{stems.vrx}/marker/ground_truth", marker, ball, 1.0 / _MARKER_PERIOD, latched=True)
     yield Input(f"{stems.vrx}/set_pinger_position", "geometry_msgs/Vector3", place, sensor.boat)
     yield Input("/pinger/set_pinger_position", "geometry_msgs/Vector3", place, dialects=VRX3)
 
@@ -455,14 +442,13 @@ TOPICS: Mapping[str, SensorTopics] = {
         ),
     ),
     "imu": SensorTopics("sensors/imu/imu", (SensorTopic("/data", "sensor_msgs/Imu"),)),
-    "p3d": SensorTopics("sensors/position/ground_truth_odometry", outputs=_odometries),
+    "p3d": SensorTopics("sensors/position/ground_truth_odometry", more=_odometries),
     "pinger": SensorTopics(
         "sensors/acoustics/receiver",
         (SensorTopic("/range_bearing", "usv_msgs/RangeBearing"),),
-        _markers,
-        _place_beacon,
+        _pinger,
     ),
-    "ball_shooter": SensorTopics("shooters/ball_shooter", inputs=_fire),
+    "ball_shooter": SensorTopics("shooters/ball_shooter", more=_fire),
     "anemometer": SensorTopics(
         "sensors/{}",
         (SensorTopic("/apparent_wind", _VECTOR, _apparent_wind),),
