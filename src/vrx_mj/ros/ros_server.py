@@ -33,7 +33,7 @@ from vrx_mj.ros.interface import (
     publishers_of,
 )
 from vrx_mj.ros.messages import Message, encode
-from vrx_mj.ros.steering import HeldThrust, Steering
+from vrx_mj.ros.steering import Steering
 from vrx_mj.ros.table import CLOCK, make_tables
 from vrx_mj.ros.table.boats import Localization, Source, description
 from vrx_mj.ros.table.host import BoatOutputs, Bodies, CmdVel, InitialPoses, Scenery
@@ -277,7 +277,7 @@ class RosServer:
         self.applied = AppliedForces(sim, report)
         self.diagnosis = Diagnosis(sim, report)
         self._transports, self._inbox, self._report, self._clock_rate = transports, inbox, report, clock_rate
-        self._steering, self._initial_poses, self._held = Steering(sim, report), InitialPoses(sim), HeldThrust(sim)
+        self._steering, self._initial_poses = Steering(sim, report), InitialPoses(sim)
         self._joined: dict[str, Newcomer] = {}
         self._left = set[str]()
         self._localization, self._localized = localization, dict[str, Localization]()
@@ -341,7 +341,7 @@ class RosServer:
         then = (sample_number(self._clock_rate, sim.time) + 1) / self._clock_rate
         steps = min(most, steps_to_time(then, sim.time, sim.timestep))
         self._steering.steer()
-        self._held.renew()
+        self._steering.renew()
         self.applied.advance(steps)
         self.announce()
         self.diagnosis.look()
@@ -409,10 +409,8 @@ class RosServer:
 
     def command(self, boat: str, commands: Mapping[str, float]) -> None:
         """Command thrusters, as `Simulation.command`."""
-        self._steering.let_go(boat)
         self.sim.command_all({boat: commands})
-        for name in commands:
-            self._held.let_go(boat, name)
+        self._steering.let_go(boat, commands)
         self.diagnosis.check_commands(boat, commands)
 
     def push(self, boat: str, thruster: str, force: float) -> None:
@@ -426,19 +424,18 @@ class RosServer:
         own = self.observation[boat].thrusters[thruster]
         command = force if own.in_newtons else own.command(force)
         self.command(boat, {thruster: command})
-        self._held.hold(boat, thruster, command)
+        self._steering.hold(boat, thruster, command)
         if not own.in_newtons:
             self.diagnosis.check_force(boat, own, force)
 
     def steer(self, boat: str, surge: float, turn: float) -> None:
         """Have a boat keep a speed ahead [m/s] and a turning rate [rad/s], for a second."""
-        self._held.let_go(boat)
         self._steering.steer_boat(boat, surge, turn)
 
     def form(self, text: str) -> None:
         """Have the fleet keep a formation, or go to another one; errors are `Steering.form`'s."""
         self._report("INFO", self._steering.form(text))
-        self._held.begin()
+        self._steering.begin()
 
     # Who is there
 
@@ -510,7 +507,7 @@ class RosServer:
             self.sim.remove(name)
         for name, newcomer in self._joined.items():
             self._spawn(name, newcomer)
-        self._held.begin()
+        self._steering.begin()
         self._update()
         for post in self._publishers.values():
             post.begin()
@@ -546,7 +543,6 @@ class RosServer:
         self.bodies.bind()
         self.applied.bind()
         self._steering.bind()
-        self._held.bind()
         self._initial_poses.bind()
         self.diagnosis.check_receivers()
         self._offer()
