@@ -11,7 +11,8 @@ from functools import partial
 from typing import Any, NamedTuple, Protocol
 
 from vrx_mj.errors import CommandError, UnknownNameError
-from vrx_mj.ros.interface import Answer, Inbox, RosInterface, Sent, Traffic
+from vrx_mj.ros import interface
+from vrx_mj.ros.interface import Answer, Entry, Inbox, RosInterface, Sent, Traffic
 from vrx_mj.ros.limits import Mailbox
 from vrx_mj.ros.messages import Message, is_known, new, stamp
 from vrx_mj.ros.network import Network, Notices
@@ -26,6 +27,8 @@ _TOPIC_ROLES = ("publisher", "subscriber")
 """Roles of a node at a topic."""
 _REGISTRATION_KINDS = (*_TOPIC_ROLES, "service", "parameter")
 """Kinds of registrations."""
+_KINDS = {interface.Output: "publisher", interface.Input: "subscriber", interface.Service: "service"}
+"""Kinds of registrations of the entries of a table."""
 MOST_REGISTRATIONS = 100_000
 """Largest number of registrations of all nodes."""
 
@@ -89,15 +92,15 @@ class Registrations:
 
     def apis(self, kind: str, key: str) -> list[str]:
         """URIs that are registered under a name."""
-        return [api for _, api in self.holders(kind, key)]
+        return list(self.holders(kind, key).values())
 
     def names(self, kind: str) -> list[str]:
         """All names of a kind."""
         return list(self._entries[kind])
 
-    def holders(self, kind: str, key: str) -> list[tuple[str, str]]:
-        """Nodes and URIs that are registered under a name; safe to ask from any thread."""
-        return [(node, api) for node, (api, _) in list(self._entries[kind].get(key, {}).items())]
+    def holders(self, kind: str, key: str) -> dict[str, str]:
+        """URIs that are registered under a name, by node; safe to ask from any thread."""
+        return {node: api for node, (api, _) in list(self._entries[kind].get(key, {}).items())}
 
     def types(self, kind: str, key: str) -> list[tuple[str, str]]:
         """Nodes that are registered under a name, each with the type that it gave, if it gave one; the last first."""
@@ -298,7 +301,7 @@ class Graph:
 
     def is_local(self, kind: str, name: str) -> bool:
         """Whether a node of this process is registered under a name."""
-        return any(node in self.local for node, _ in self.registrations.holders(kind, name))
+        return not self.local.isdisjoint(self.registrations.holders(kind, name))
 
     # Registrations
 
@@ -374,8 +377,7 @@ class Graph:
             here = {
                 (name, node)
                 for name in self.registrations.names(kind)
-                for node, _ in self.registrations.holders(kind, name)
-                if node not in self.local
+                for node in self.registrations.holders(kind, name).keys() - self.local
             }
             for name, node in here - there:
                 self.unregister_remote(kind, name, node, "")
@@ -424,21 +426,14 @@ class Graph:
 
     def _known_entries(self, table: RosInterface) -> Iterator[tuple[tuple[str, str], tuple[str, bool]]]:
         """Kind and name, type and whether it is latched, of all in a table whose type is known; others are reported."""
-        for output in table.outputs.values():
-            if self._is_known(output.name, output.type):
-                yield ("publisher", output.name), (output.type, output.latched)
-        for entry in table.inputs.values():
-            if self._is_known(entry.name, entry.type):
-                yield ("subscriber", entry.name), (entry.type, False)
-        for service in table.services.values():
-            if self._is_known(service.name, service.type, "Request", "Response"):
-                yield ("service", service.name), (service.type, False)
-
-    def _is_known(self, name: str, type_name: str, *halves: str) -> bool:
-        known = all(is_known(f"{type_name}{half}") for half in halves or ("",))
-        if not known:
-            self.notices.write("ERROR", "type", name, f"{name}: unknown type {type_name}")
-        return known
+        entries: tuple[Entry, ...] = (*table.outputs.values(), *table.inputs.values(), *table.services.values())
+        for entry in entries:
+            kind = _KINDS[type(entry)]
+            halves = ("Request", "Response") if kind == "service" else ("",)
+            if all(is_known(f"{entry.type}{half}") for half in halves):
+                yield (kind, entry.name), (entry.type, getattr(entry, "latched", False))
+            else:
+                self.notices.write("ERROR", "type", entry.name, f"{entry.name}: unknown type {entry.type}")
 
     def _offer_parameters(self, given: Mapping[str, object]) -> None:
         own: dict[str, Any] = {}
@@ -544,7 +539,7 @@ class Wires:
 
     def publishers(self, topic: str) -> Sequence[str]:
         """Nodes that publish a topic now."""
-        return [node for node, _ in self.graph.registrations.holders("publisher", topic)]
+        return list(self.graph.registrations.holders("publisher", topic))
 
     def publish(self, batch: Sequence[Sent]) -> None:
         """Send messages of one moment to who listens."""

@@ -191,7 +191,7 @@ class Master(Api, Wire):
         """Call the subscribers of a parameter, except the node that has set it."""
         known = self.graph.registrations
         for update in updates(known.names("parameter"), key, value):
-            for node, api in known.holders("parameter", update.subscribed):
+            for node, api in known.holders("parameter", update.subscribed).items():
                 if node != setter:
                     self._notifier.notify(api, "paramUpdate", update.key, update.value)
 

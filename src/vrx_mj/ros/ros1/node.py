@@ -413,11 +413,8 @@ class Node(Wire):
         for kind in ("publisher", "subscriber", "service"):
             for name in known.names(kind):
                 about = graph.service_uri if kind == "service" else graph.local_type(kind, name) or "*"
-                wished |= {
-                    (node, kind, name): [about, graph.uri]
-                    for node, _ in known.holders(kind, name)
-                    if node in graph.local
-                }
+                for node in known.holders(kind, name).keys() & graph.local:
+                    wished[node, kind, name] = [about, graph.uri]
         return wished
 
     async def _serve(self, peer: Peer) -> None:

@@ -266,7 +266,7 @@ class Rosapi:
         return True
 
     def _holders(self, kind: str, name: str) -> list[str]:
-        nodes = {node for node, _ in self._graph.registrations.holders(kind, name)}
+        nodes = self._graph.registrations.holders(kind, name)
         return sorted(nodes, key=lambda node: (node != self._graph.node, node))
 
     def _node(self, service: str) -> str:

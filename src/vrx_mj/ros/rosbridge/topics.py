@@ -259,8 +259,8 @@ class Services:
         """Who offers a service, for people."""
         if name in self.offered:
             return self.offered[name].client.sender
-        nodes = [node for node, _ in self._graph.registrations.holders("service", name)]
-        return nodes[0] if nodes and nodes[0] != self._graph.node else "the simulation"
+        node = next(iter(self._graph.registrations.holders("service", name)), self._graph.node)
+        return node if node != self._graph.node else "the simulation"
 
     def call(
         self, name: str, written: str, caller: Caller, arguments: object, identity: str | None, options: Options,
