@@ -12,17 +12,15 @@ from typing import Any, NamedTuple, Protocol
 
 from vrx_mj.errors import CommandError, UnknownNameError
 from vrx_mj.ros import interface
-from vrx_mj.ros.interface import Answer, Entry, Inbox, RosInterface, Sent, Traffic
+from vrx_mj.ros.interface import LEVELS, LOG, ROSOUT, Answer, Entry, Inbox, RosInterface, Sent, Traffic, log_message
 from vrx_mj.ros.limits import Mailbox
-from vrx_mj.ros.messages import Message, is_known, new, stamp
+from vrx_mj.ros.messages import Message, is_known, new
 from vrx_mj.ros.network import Network, Notices
 from vrx_mj.ros.parameters import Parameters, join_names, plain
 
-ROSOUT, _LOG, _LOGGER = "/rosout", "rosgraph_msgs/Log", "ros.vrx_mj"
+_LOGGER = "ros.vrx_mj"
 _SERVICE_PREFIXES = ("/gazebo/", "/vrx/")
 """Prefixes of the names of the simulation's services."""
-LEVELS = {"DEBUG": 1, "INFO": 2, "WARN": 4, "ERROR": 8, "FATAL": 16}
-"""Levels of rosgraph_msgs/Log."""
 _TOPIC_ROLES = ("publisher", "subscriber")
 """Roles of a node at a topic."""
 _REGISTRATION_KINDS = (*_TOPIC_ROLES, "service", "parameter")
@@ -195,7 +193,7 @@ class Graph:
         """What the table has registered: kind and name, type and whether it is latched."""
         self.own_parameters: Mapping[str, Any] = {}
         """Parameters of the simulation, by absolute name."""
-        self.register("publisher", ROSOUT, node, _LOG)
+        self.register("publisher", ROSOUT, node, LOG)
         for name, kind, call in (
             (f"{node}/get_loggers", "roscpp/GetLoggers", self._get_loggers),
             (f"{node}/set_logger_level", "roscpp/SetLoggerLevel", self._set_logger_level),
@@ -243,11 +241,9 @@ class Graph:
 
     def log(self, level: str, text: str) -> None:
         """Publish a line for people on `/rosout`."""
-        number = LEVELS.get(level, LEVELS["ERROR"])
-        if number < LEVELS[self._level]:
-            return
-        header = {"stamp": stamp(time.time() if self.clock is None else self.clock)}
-        self._deliver(ROSOUT, _LOG, new(_LOG, header=header, level=number, name=self.node, msg=text), self.node)
+        line = log_message(time.time() if self.clock is None else self.clock, level, self.node, text)
+        if line.level >= LEVELS[self._level]:
+            self._deliver(ROSOUT, LOG, line, self.node)
 
     # Topics
 
@@ -402,9 +398,8 @@ class Graph:
             KeyError: the parameter is not set.
             CommandError: it is the simulation's alone.
         """
-        now = self.parameters.get(key)
-        own = self._own_parameters.get(key) if self._own_parameters.has(key) else None
-        if join_names(key) != "/" and own is not None and now == own:
+        own = self._own_parameters.get(key)
+        if join_names(key) != "/" and own is not None and self.parameters.get(key) == own:
             raise CommandError(f"{key}: the parameter belongs to the simulation and cannot be deleted")
         if own is None or join_names(key) == "/":
             self.parameters.delete(key)
@@ -450,7 +445,7 @@ class Graph:
                 self.parameters.delete(name)
                 self._notify_parameter(name, {}, self.node)
         for name, value in own.items():
-            if not before.has(name) or before.get(name) != value:
+            if before.get(name) != value:
                 self.set_parameter(name, value, self.node)
         self.own_parameters = own
 
@@ -515,8 +510,6 @@ class Wires:
 
     Messages that it is given are written later, in the network's thread: they must not be changed after `publish`.
     """
-
-    title = "ROS"
 
     def __init__(self, graph: Graph, servers: Sequence[Server]) -> None:
         self.graph, self.servers = graph, servers

@@ -343,7 +343,6 @@ _logger = logging.getLogger(__name__)
 class Ros2:
     """A `Transport` (see `vrx_mj.ros.interface`) by VRX 3's names, on the rclpy of the user's ROS 2."""
 
-    title = "ROS 2"
     dialect: Dialect = "vrx3"
 
     def __init__(

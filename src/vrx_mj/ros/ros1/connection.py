@@ -11,7 +11,7 @@ from xmlrpc.client import Fault
 
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.limits import SMALL, ConnectionLimit, Intake, Pace, Place
-from vrx_mj.ros.network import Names, Notices
+from vrx_mj.ros.network import Names, Notices, end_tasks
 from vrx_mj.ros.parameters import value_size
 from vrx_mj.ros.ros1.xmlrpc import LARGEST_HEAD, address, answer_bytes, checked_size, fault_bytes, read, read_head
 
@@ -197,10 +197,7 @@ class Listener:
             server.close()
         for _ in range(8):  # what asyncio has accepted begins in the loop's next turns, and finds it closed
             await asyncio.sleep(0)
-        tasks = [task for task in self.tasks if task is not asyncio.current_task()]
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        await end_tasks(self.tasks)
         self._servers.clear()
 
     async def _serve_client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:

@@ -11,6 +11,7 @@ from xmlrpc.client import Fault
 
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.graph import Graph, Wire
+from vrx_mj.ros.network import end_tasks
 from vrx_mj.ros.parameters import MAX_NAME, is_legal, is_type, join_names, resolve, updates
 from vrx_mj.ros.ros1.xmlrpc import CALL_ERRORS, LARGEST_REPLY, Proxy, address
 
@@ -53,10 +54,7 @@ class Notifier:
 
     async def close(self) -> None:
         """Stop it all."""
-        tasks = list(self._tasks.values())
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        await end_tasks(self._tasks.values())
 
     async def _work(self, api: str) -> None:
         proxy = Proxy(api, LARGEST_REPLY)
@@ -171,8 +169,7 @@ class Master(Api, Wire):
         if self in self.graph.wires:
             self.graph.wires.remove(self)
         if self._sweeper is not None:
-            self._sweeper.cancel()
-            await asyncio.gather(self._sweeper, return_exceptions=True)
+            await end_tasks([self._sweeper])
         await self._notifier.close()
 
     def registration_changed(self, kind: str, name: str) -> None:
@@ -236,10 +233,8 @@ class Master(Api, Wire):
         return 1, f"parameter {key} set", 0
 
     def _get_parameter(self, _: str, key: str) -> Reply:
-        try:
-            return 1, f"Parameter [{key}]", self.graph.parameters.get(key)
-        except KeyError:
-            return -1, f"Parameter [{key}] is not set", 0
+        value = self.graph.parameters.get(key)
+        return (-1, f"Parameter [{key}] is not set", 0) if value is None else (1, f"Parameter [{key}]", value)
 
     def _delete_parameter(self, _: str, key: str) -> Reply:
         try:
@@ -260,8 +255,8 @@ class Master(Api, Wire):
 
     def _subscribe_parameter(self, node: str, api: str, key: str) -> Reply:
         self.graph.register_remote("parameter", key, node, api)
-        value = self.graph.parameters.get(key) if self.graph.parameters.has(key) else {}
-        return 1, f"Subscribed to parameter [{key}]", value
+        value = self.graph.parameters.get(key)
+        return 1, f"Subscribed to parameter [{key}]", {} if value is None else value
 
     def _was_refused(self, api: str) -> None:
         """Nobody listens at a node's URI any more: it has died without a word."""

@@ -14,7 +14,15 @@ from vrx_mj.ros.graph import Graph, Wire
 from vrx_mj.ros.interface import Traffic
 from vrx_mj.ros.limits import ConnectionLimit, Intake
 from vrx_mj.ros.messages import Message
-from vrx_mj.ros.network import Notices, addresses, announced_address, is_local, listening_addresses, own_names
+from vrx_mj.ros.network import (
+    Notices,
+    addresses,
+    announced_address,
+    end_tasks,
+    is_local,
+    listening_addresses,
+    own_names,
+)
 from vrx_mj.ros.parameters import MAX_NAME, resolve
 from vrx_mj.ros.ros1.connection import LARGEST_HEADER, HttpServer, Listener, Peer, decode_header, encode_header
 from vrx_mj.ros.ros1.master import Api, Reply
@@ -195,10 +203,7 @@ class Watch:
 
     async def close(self) -> None:
         """Stop."""
-        work = list(self._work)
-        for task in work:
-            task.cancel()
-        await asyncio.gather(*work, return_exceptions=True)
+        await end_tasks(self._work)
 
     def _silent(self, subscribers: Mapping[str, list[str]]) -> list[tuple[str, str]]:
         """Topics and nodes that subscribed to them long ago and never connected; of a node only one topic."""
@@ -284,8 +289,7 @@ class Node(Wire):
             self.graph.wires.remove(self)
             self.graph.remote_master = self.graph.remote_call = None
         if self._task is not None:
-            self._task.cancel()
-            await asyncio.gather(self._task, return_exceptions=True)
+            await end_tasks([self._task])
         await self.registrar.withdraw()
         await self.watch.close()
         await asyncio.gather(*(topic.close() for topic in self.subscriptions.values()), *self._closing)

@@ -29,7 +29,7 @@ from vrx_mj.ros.messages import (
     service_md5sum,
     typestore,
 )
-from vrx_mj.ros.network import Notices
+from vrx_mj.ros.network import Notices, end_tasks
 from vrx_mj.ros.parameters import MAX_NAME
 from vrx_mj.ros.ros1.connection import (
     LARGEST_CALL,
@@ -317,7 +317,7 @@ class Subscription:
         """These are the publishers now."""
         wanted = list(dict.fromkeys(uri for uri in uris if len(uri) <= MAX_NAME and uri != self.own))[:MOST_PUBLISHERS]
         for uri in set(self.sources) - set(wanted):
-            self.sources.pop(uri).close()
+            self.sources.pop(uri).task.cancel()
         for uri in wanted:
             if uri not in self.sources and not self.has_room():
                 text = f"{self.name}: too many publishers are connected; no messages from {uri}"
@@ -339,9 +339,8 @@ class Subscription:
 
     async def close(self) -> None:
         """Close all connections."""
-        tasks = [source.close() for source in self.sources.values()]
-        self.sources.clear()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        sources, self.sources = self.sources, {}
+        await end_tasks(source.task for source in sources.values())
 
 
 class Source:
@@ -351,12 +350,7 @@ class Source:
         self.topic, self.uri, self.number = topic, uri, number
         self.received = self.messages = 0
         self.peer: Peer | None = None
-        self._task = asyncio.get_running_loop().create_task(self._run())
-
-    def close(self) -> asyncio.Task[None]:
-        """Leave it; the task ends soon."""
-        self._task.cancel()
-        return self._task
+        self.task = asyncio.get_running_loop().create_task(self._run())
 
     async def _run(self) -> None:
         pause = FIRST_PAUSE

@@ -13,6 +13,7 @@ from sdf_boats import BOATS
 from trees import partial
 from vrx_mj.errors import VrxWarning
 from vrx_mj.frames import quaternion, rotation
+from vrx_mj.ros.interface import Service
 from vrx_mj.ros.messages import duration, new
 from vrx_mj.ros.table.boats import twist_commands
 from vrx_mj.ros.table.gazebo import gazebo_topics
@@ -43,7 +44,7 @@ class Host:
 
 
 def call(host, name, **fields):
-    service = next(one for one in gazebo_topics(host) if one.name == f"/gazebo/{name}")
+    service = next(one for one in gazebo_topics(host) if isinstance(one, Service) and one.name == f"/gazebo/{name}")
     answer = service.answer(new(f"{service.type}Request", **fields))
     assert answer.success, answer.status_message
     return answer
