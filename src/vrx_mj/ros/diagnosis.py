@@ -16,7 +16,7 @@ from vrx_mj.runtime.run import FASTEST_SPIN, is_capsized, spin
 from vrx_mj.runtime.simulation import Simulation
 
 if TYPE_CHECKING:  # they need the extra ros1, and `vrx-mj doctor` does not
-    from vrx_mj.ros.interface import Call, Command, Input, RosInterface, UnknownTopicPublisher
+    from vrx_mj.ros.interface import Command, Input, RosInterface, UnknownTopicPublisher
 
 
 _CMD_VEL = "/cmd_vel"
@@ -184,20 +184,6 @@ class Diagnosis:
         fixed = {each.name for each in own if not each.max_angle}
         thruster = name.removesuffix(_ANGLE).removesuffix("/pos")
         return f"{thruster} of {boat} cannot be turned" if name != thruster and thruster in fixed else ""
-
-    def note_refusal(self, command: "Command", why: str) -> None:
-        """A message could not be taken."""
-        self.once(f"{command.topic} refused {command.sender}", f"{command.topic} from {command.sender}: {why}")
-
-    def note_failure(self, call: "Call", why: str) -> None:
-        """A call of a service could not be answered."""
-        text = f"{call.service}, called by {call.caller}: {why}"
-        self.once(text, text)
-
-    def note_mixed_commands(self, thruster: "Input", node: str, cmd_vel: str) -> None:
-        """A boat's `cmd_vel` came while a node publishes one of its thrusters' topics."""
-        boat = thruster.boat
-        self.once(f"{boat} mixed", f"{cmd_vel} does not drive {boat}: {node} publishes {thruster.name}")
 
     def note_command(self, command: "Command") -> None:
         """A message was taken: see whether it comes often enough."""

@@ -375,7 +375,8 @@ class RosServer:
         try:
             entry.take(command.message)
         except Exception as error:  # a mistake of ours, too, ends no run
-            self.diagnosis.note_refusal(command, _error_text(error))
+            text = f"{command.topic} from {command.sender}: {_error_text(error)}"
+            self.diagnosis.once(f"{command.topic} refused {command.sender}", text)
         else:
             self.diagnosis.note_command(command)
 
@@ -388,7 +389,8 @@ class RosServer:
             response = service.answer(call.request)
         except Exception as error:  # as there
             why = _error_text(error)
-            self.diagnosis.note_failure(call, why)
+            text = f"{call.service}, called by {call.caller}: {why}"
+            self.diagnosis.once(text, text)
             call.answer(service.failure(why), why)
         else:
             call.answer(response, "")
@@ -403,7 +405,8 @@ class RosServer:
             for entry in thrusters:
                 nodes = publishers_of(transport, entry.name) if dialect_of(transport) in entry.dialects else ()
                 if nodes:
-                    self.diagnosis.note_mixed_commands(entry, nodes[0], cmd_vel)
+                    text = f"{cmd_vel} does not drive {entry.boat}: {nodes[0]} publishes {entry.name}"
+                    self.diagnosis.once(f"{entry.boat} mixed", text)
                     return True
         return False
 

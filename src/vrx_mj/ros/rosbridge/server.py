@@ -218,10 +218,10 @@ class Client:
 
     def send(self, message: Mapping[str, object], options: Options = Options()) -> None:  # noqa: B008  # it is frozen
         """Send an operation other than a topic's message; a client that does not read them is disconnected."""
-        frames, binary = reply_frames(message, options.compression, options.fragment_size)
+        frames = reply_frames(message, options)
         size = sum(map(len, itertools.chain.from_iterable(frames)))
         if self._answers.has_room(size):
-            self._answers.push((lambda: frames, binary), size)
+            self._answers.push((lambda: frames, options.is_binary), size)
         else:
             self._hub.report_once(
                 self._place.host, "slow", f"{self.sender} did not read its replies, and was disconnected"

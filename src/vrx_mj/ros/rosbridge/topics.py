@@ -85,8 +85,8 @@ class Subscription:
         """Send a message whatever the throttle."""
         self._last = now
         chosen = self._options
-        make = functools.partial(parcel.frames, self.topic, chosen.compression, chosen.fragment_size)
-        self._outbox.push((make, chosen.compression.startswith("cbor")), parcel.weight, self, chosen.queue)
+        make = functools.partial(parcel.frames, self.topic, chosen)
+        self._outbox.push((make, chosen.is_binary), parcel.weight, self, chosen.queue)
 
     def _wait(self) -> None:
         self._timer = asyncio.get_running_loop().call_at(self._last + self._options.throttle, self._due)

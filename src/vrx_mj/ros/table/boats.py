@@ -214,16 +214,6 @@ class Spin(NamedTuple):
         return Spin(math.remainder(self.angle + rate * time, math.tau), rate, torque)
 
 
-class ThrusterJoints(NamedTuple):
-    """What of a thruster moves, where its description has it."""
-
-    name: str
-    engine: BoatJoint | None
-    """Steers."""
-    shaft: BoatJoint | None
-    """Turns the propeller."""
-
-
 class BoatFrames:
     """The frames of a boat; a boat whose description is not here has those of its sensors and engines."""
 
@@ -321,15 +311,15 @@ class BoatFrames:
         return described or [joint for row in self._rows for joint in _engine_joints(row, self.boat)]
 
     @cached_property
-    def _thruster_joints(self) -> Sequence[ThrusterJoints]:
-        """The joints that are where the thrusters are."""
+    def _thruster_joints(self) -> Sequence[tuple[BoatJoint, str, bool]]:
+        """The joints where the thrusters are: whose, and whether it steers, or turns the propeller."""
         moving = [joint for joint in self._joints if joint.moves]
-        return [_joints_of(row, moving) for row in self._rows]
+        return [joint for row in self._rows for joint in _joints_of(row, moving)]
 
     @cached_property
     def _moving(self) -> Sequence[str]:
         """Frames of engines and propellers."""
-        return [joint.child for _, engine, shaft in self._thruster_joints for joint in (engine, shaft) if joint]
+        return [joint.child for joint, _, _ in self._thruster_joints]
 
     @cached_property
     def _drives(self) -> Mapping[str, Propeller]:
@@ -338,12 +328,7 @@ class BoatFrames:
     def _turned_joints(self) -> list[tuple[BoatJoint, Spin]]:
         """Joints of engines as they are steered, and of propellers as they turn."""
         spins, angles = self._spun(), self._host.sim.steering(self.boat)
-        return [
-            (joint, Spin(angles[name]) if joint is engine else spins[name])
-            for name, engine, shaft in self._thruster_joints
-            for joint in (engine, shaft)
-            if joint
-        ]
+        return [(joint, Spin(angles[name]) if steers else spins[name]) for joint, name, steers in self._thruster_joints]
 
     def _spun(self) -> Mapping[str, Spin]:
         """How the propellers turn now."""
@@ -358,10 +343,10 @@ class BoatFrames:
         return self._spins
 
 
-def _joints_of(row: Thruster, moving: Sequence[BoatJoint]) -> ThrusterJoints:
+def _joints_of(row: Thruster, moving: Sequence[BoatJoint]) -> Iterator[tuple[BoatJoint, str, bool]]:
     shaft = None if row.mapping in BLADES else _at(_propeller(row), moving[::-1])  # the outermost that is there
     engine = _at(np.array(row.position), [joint for joint in moving if joint is not shaft])
-    return ThrusterJoints(row.name, engine, shaft)
+    return ((joint, row.name, joint is engine) for joint in (engine, shaft) if joint)
 
 
 def _at(place: FloatArray, moving: Sequence[BoatJoint]) -> BoatJoint | None:

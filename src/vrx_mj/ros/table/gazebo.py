@@ -29,15 +29,10 @@ _METRICS_RATE = 5.0
 
 def gazebo_topics(host: Host) -> Iterator[Entry]:
     """Topics of Gazebo, and the services that the tutorials and common scripts call."""
-
-    def models() -> Message:
-        return _states("gazebo_msgs/ModelStates", dict(host.bodies.all_models()))
-
-    def links() -> Message:
-        return _states("gazebo_msgs/LinkStates", dict(host.bodies.all_links()))
-
-    yield Output("/gazebo/model_states", "gazebo_msgs/ModelStates", models, _STATE_RATE, recorded="rows")
-    yield Output("/gazebo/link_states", "gazebo_msgs/LinkStates", links, _STATE_RATE, recorded="rows")
+    for what, links in (("Model", False), ("Link", True)):
+        kind = f"gazebo_msgs/{what}States"
+        make = partial(_states, host, kind, links)
+        yield Output(f"/gazebo/{what.lower()}_states", kind, make, _STATE_RATE, recorded="rows")
     yield Output(
         "/gazebo/performance_metrics",
         "gazebo_msgs/PerformanceMetrics",
@@ -88,9 +83,10 @@ def _entity(asked: Message) -> str:
     return str(asked.entity.name.replace("::", "/"))
 
 
-def _states(kind: str, placed: Mapping[str, Placed]) -> Message:
-    poses, twists = [pose_message(one) for one in placed.values()], [twist_message(one) for one in placed.values()]
-    return new(kind, name=list(placed), pose=poses, twist=twists)
+def _states(host: Host, kind: str, links: bool) -> Message:
+    found = host.bodies.places(links=links)
+    poses, twists = [pose_message(one) for one in found.values()], [twist_message(one) for one in found.values()]
+    return new(kind, name=list(found), pose=poses, twist=twists)
 
 
 def _metrics(host: Host) -> Message:

@@ -133,20 +133,14 @@ class Bodies:
         check_name("link", link, self._links)
         return str(self._sim.model.body(self._links[link]).name)
 
-    def all_models(self) -> Iterator[tuple[str, Placed]]:
-        """Every model and where it is, boats last; balls that were not fired are none."""
-        return self._places_of(self._models)
-
-    def all_links(self) -> Iterator[tuple[str, Placed]]:
-        """Every link and where it is."""
-        return self._places_of(self._links)
-
-    def _places_of(self, bodies: Mapping[str, int]) -> Iterator[tuple[str, Placed]]:
-        """Where bodies are, but for balls that were not fired."""
+    def places(self, *, links: bool) -> dict[str, Placed]:
+        """Where every link is, or every model, boats last; balls that were not fired are none."""
         self._refresh()
-        for name, index in bodies.items():
-            if index not in self._balls or float(self._data.xpos[index, 2]) > -0.5 * DEPTH:
-                yield name, self._place_of(index)
+        return {
+            name: self._place_of(index)
+            for name, index in (self._links if links else self._models).items()
+            if index not in self._balls or float(self._data.xpos[index, 2]) > -0.5 * DEPTH
+        }
 
     @property
     def joints(self) -> Sequence[str]:

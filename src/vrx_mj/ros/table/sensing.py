@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import LidarConfig
-from vrx_mj.frames import rotation_matrix
+from vrx_mj.frames import quaternion, rotation_matrix
 from vrx_mj.ros.interface import VRX, VRX3, Entry, Input, Output, Service, with_vrx3
 from vrx_mj.ros.messages import Message, fields, new, stamp
 from vrx_mj.ros.table.host import Host, header, odometry
@@ -323,11 +323,11 @@ def _apparent_wind(reading: Reading) -> Message:
 def _compass(reading: Reading) -> Message:
     """sensor_msgs/Imu as drivers of dual-antenna receivers publish it: yaw only, no accelerations."""
     data: Heading = reading.data
-    yaw, unknown = 0.5 * data.heading, _UNKNOWN_VARIANCE
+    unknown = _UNKNOWN_VARIANCE
     return new(
         "sensor_msgs/Imu",
         header=_head(reading),
-        orientation=(math.cos(yaw), 0.0, 0.0, math.sin(yaw)),
+        orientation=quaternion(0.0, 0.0, data.heading),
         orientation_covariance=covariance(unknown, unknown, data.heading_variance),
         angular_velocity=(0.0, 0.0, data.rate_of_turn),
         angular_velocity_covariance=covariance(unknown, unknown, data.rate_of_turn_variance),
@@ -360,13 +360,7 @@ def _odometry(child: str, variance: float, own_axes: bool, reading: Reading) -> 
 def _signal(reading: Reading) -> Message:
     """VRX's blue arrow from the boat toward where the beacon sounds from."""
     sound: Sound = reading.data
-    yaw, pitch = 0.5 * sound.bearing, -0.5 * sound.elevation
-    turn = (
-        math.cos(yaw) * math.cos(pitch),
-        -math.sin(yaw) * math.sin(pitch),
-        math.cos(yaw) * math.sin(pitch),
-        math.sin(yaw) * math.cos(pitch),
-    )
+    turn = quaternion(0.0, -sound.elevation, sound.bearing)
     return new(
         "visualization_msgs/Marker",
         header=_head(reading),
