@@ -277,7 +277,7 @@ class RosServer:
         self.applied = AppliedForces(sim, report)
         self.diagnosis = Diagnosis(sim, report)
         self._transports, self._inbox, self._report, self._clock_rate = transports, inbox, report, clock_rate
-        self._steering, self._initial_poses = Steering(sim, report), InitialPoses(sim)
+        self.steering, self._initial_poses = Steering(sim, report), InitialPoses(sim)
         self._joined: dict[str, Newcomer] = {}
         self._left = set[str]()
         self._localization, self._localized = localization, dict[str, Localization]()
@@ -340,8 +340,8 @@ class RosServer:
         sim = self.sim
         then = (sample_number(self._clock_rate, sim.time) + 1) / self._clock_rate
         steps = min(most, steps_to_time(then, sim.time, sim.timestep))
-        self._steering.steer()
-        self._steering.renew()
+        self.steering.steer()
+        self.steering.renew()
         self.applied.advance(steps)
         self.announce()
         self.diagnosis.look()
@@ -395,10 +395,6 @@ class RosServer:
         else:
             call.answer(response, "")
 
-    def warn_once(self, key: str, text: str) -> None:
-        """Report a line, once for a key."""
-        self.diagnosis.once(key, text)
-
     def is_published(self, thrusters: Sequence[Input], cmd_vel: str) -> bool:
         """Whether somebody publishes one of a boat's thrusters' topics; told once, as its `cmd_vel` is left alone."""
         for transport in self._transports:
@@ -413,7 +409,7 @@ class RosServer:
     def command(self, boat: str, commands: Mapping[str, float]) -> None:
         """Command thrusters, as `Simulation.command`."""
         self.sim.command_all({boat: commands})
-        self._steering.let_go(boat, commands)
+        self.steering.let_go(boat, commands)
         self.diagnosis.check_commands(boat, commands)
 
     def push(self, boat: str, thruster: str, force: float) -> None:
@@ -427,18 +423,9 @@ class RosServer:
         own = self.observation[boat].thrusters[thruster]
         command = force if own.in_newtons else own.command(force)
         self.command(boat, {thruster: command})
-        self._steering.hold(boat, thruster, command)
+        self.steering.hold(boat, thruster, command)
         if not own.in_newtons:
             self.diagnosis.check_force(boat, own, force)
-
-    def steer(self, boat: str, surge: float, turn: float) -> None:
-        """Have a boat keep a speed ahead [m/s] and a turning rate [rad/s], for a second."""
-        self._steering.steer_boat(boat, surge, turn)
-
-    def form(self, text: str) -> None:
-        """Have the fleet keep a formation, or go to another one; errors are `Steering.form`'s."""
-        self._report("INFO", self._steering.form(text))
-        self._steering.begin()
 
     # Who is there
 
@@ -510,7 +497,7 @@ class RosServer:
             self.sim.remove(name)
         for name, newcomer in self._joined.items():
             self._spawn(name, newcomer)
-        self._steering.begin()
+        self.steering.begin()
         self._update()
         for post in self._publishers.values():
             post.begin()
@@ -545,7 +532,7 @@ class RosServer:
         self._seen = None
         self.bodies.bind()
         self.applied.bind()
-        self._steering.bind()
+        self.steering.bind()
         self._initial_poses.bind()
         self.diagnosis.check_receivers()
         self._offer()
@@ -570,7 +557,7 @@ class RosServer:
             try:
                 self._localized[boat] = known.get(boat) or Localization(self, boat, source)
             except CommandError as error:
-                self.warn_once(f"localization of {boat}", str(error))
+                self.diagnosis.once(f"localization of {boat}", str(error))
         return self._localized
 
     def close(self) -> None:

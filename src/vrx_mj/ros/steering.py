@@ -87,27 +87,28 @@ class Steering:
         """Hold no thrust any more: time began anew, or others steer now."""
         self._held.clear()
 
-    def form(self, text: str) -> str:
-        """Keep a formation, or go to another one; returns what is done, in words.
+    def form(self, text: str) -> None:
+        """Have the fleet keep a formation, or go to another one.
 
         Raises:
             CommandError: the text is not a formation.
             VrxError: the boats cannot keep it.
         """
-        wanted = parse_formation(text)
+        wanted, state = parse_formation(text), "off"
         if wanted is None:
             self._formation = None
-            return "formation: off"
-        leads = {"leader", "path", "speed", "radius", "apart"} & wanted.keys()
-        if self._formation is not None and not leads:
+        elif self._formation is not None and not {"leader", "path", "speed", "radius", "apart"} & wanted.keys():
             self._formation.change(wanted.get("shape", self._formation.shape), wanted.get("spacing"))
         else:
             if "path" not in wanted:
                 check_name("boat", wanted.setdefault("leader", self._sim.boats[0]), self._sim.boats)
             self._formation = Formation(**wanted)
-        leader = self._formation.leader.name
-        whom = f"led by {leader}" if leader else "along its path"
-        return f"formation: {self._formation.shape}, {self._formation.spacing:g} m apart, {whom}"
+        if self._formation is not None:
+            leader = self._formation.leader.name
+            whom = f"led by {leader}" if leader else "along its path"
+            state = f"{self._formation.shape}, {self._formation.spacing:g} m apart, {whom}"
+        self._report("INFO", f"formation: {state}")
+        self._held.clear()
 
     def steer(self) -> None:
         """Command the boats, if it is time."""

@@ -106,7 +106,7 @@ def _cmd_vel(host: Host, boat: str, name: str, thrusters: Sequence[Input]) -> In
                 f"invalid cmd_vel of {boat}, linear.x {ahead}, angular.z {around}: finite numbers are needed"
             )
         if host.cmd_vel == "velocity":
-            host.steer(boat, ahead, around)
+            host.steering.steer_boat(boat, ahead, around)
         else:
             host.command(boat, twist_commands(host, boat, ahead, around))
 
@@ -512,7 +512,7 @@ class Localization:
         apart, self._origin = math.dist(self._origin, place), place
         if apart > 0.0:
             what = f"{self._boat}/odom moves by {apart:.4g} m in map, to the given datum"
-            self._host.warn_once(f"datum of {self._boat}", f"{what}: everything in this frame jumps")
+            self._host.diagnosis.once(f"datum of {self._boat}", f"{what}: everything in this frame jumps")
 
     def _place(self, point: Message) -> FloatArray:
         """Place of a geographic_msgs/GeoPoint in `map`, (3,) [m]."""

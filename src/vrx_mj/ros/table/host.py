@@ -13,8 +13,10 @@ from vrx_mj.errors import CommandError, UnknownNameError, VrxError
 from vrx_mj.frames import rotation_vector
 from vrx_mj.mjcf.objects import DEPTH, ball_names
 from vrx_mj.model.world import Parameters
+from vrx_mj.ros.diagnosis import Diagnosis
 from vrx_mj.ros.interface import Input, Output
 from vrx_mj.ros.messages import Message, kind, new, stamp
+from vrx_mj.ros.steering import Steering
 from vrx_mj.runtime.applied import AppliedForces
 from vrx_mj.runtime.observation import BoatObservation, Observation
 from vrx_mj.runtime.simulation import Simulation
@@ -337,6 +339,8 @@ class Host(Protocol):
     bodies: Bodies
     scenery: Scenery
     applied: AppliedForces
+    steering: Steering
+    diagnosis: Diagnosis
     further: BoatOutputs
     """Gives topics of a boat that not every host has."""
     update_rate: float
@@ -361,9 +365,6 @@ class Host(Protocol):
     def description(self, boat: str) -> str:
         """A boat's URDF; a VrxError where the files that it was made of are not here."""
 
-    def warn_once(self, key: str, text: str) -> None:
-        """Report a line, once for a key."""
-
     def is_published(self, thrusters: Sequence[Input], cmd_vel: str) -> bool:
         """Whether somebody publishes one of a boat's thrusters' topics; told once, as its `cmd_vel` is left alone."""
 
@@ -372,12 +373,6 @@ class Host(Protocol):
 
     def push(self, boat: str, thruster: str, force: float) -> None:
         """Have a thruster push with a force [N] until its next command, as VRX 3's do."""
-
-    def steer(self, boat: str, surge: float, turn: float) -> None:
-        """Have a boat keep a speed ahead [m/s] and a turning rate [rad/s], for a second."""
-
-    def form(self, text: str) -> None:
-        """Have the fleet keep a formation, or go to another one."""
 
     def spawn(self, name: str, urdf: str, pose: Sequence[float]) -> None:
         """Put a boat of this URDF into the world, at (x, y, z, roll, pitch, yaw) [m, rad, ENU]."""

@@ -189,7 +189,7 @@ def world_inputs(host: Host) -> Iterator[Input]:
 
         yield Input(f"/vrx/{name.rpartition('/')[2]}/shuffle", "std_msgs/Empty", shuffle)
     if len(host.sim.boats) > 1:
-        yield Input("/swarm/formation", "std_msgs/String", lambda message: host.form(message.data), None, BOTH)
+        yield Input("/swarm/formation", "std_msgs/String", lambda message: host.steering.form(message.data), None, BOTH)
 
 
 def task_topics(host: Host) -> Iterator[Entry]:

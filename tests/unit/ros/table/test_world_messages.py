@@ -39,7 +39,7 @@ def host(monkeypatch):
         send=lambda *what: sent.append(what), wind=SimpleNamespace(speed=3.5, direction=2.5),
         world=SimpleNamespace(parameters=SimpleNamespace(x_from_east=1.0, task=None)),
     )  # fmt: skip
-    return SimpleNamespace(sim=sim, form=lambda text: sent.append(("form", text)))
+    return SimpleNamespace(sim=sim, steering=SimpleNamespace(form=lambda text: sent.append(("form", text))))
 
 
 def test_all_contacts_of_boats_are_told_with_place_normal_and_depth(host):
