@@ -79,12 +79,6 @@ async def read(body: bytes | bytearray) -> tuple[tuple[object, ...], str | None]
         raise CommandError(f"not XML-RPC: {type(error).__name__} {error}"[:200]) from None
 
 
-def _call_bytes(method: str, values: Sequence[object]) -> bytes:
-    """A call."""
-    marshalled: Any = tuple(values)
-    return xmlrpc.client.dumps(marshalled, method).encode("utf-8", "xmlcharrefreplace")
-
-
 def answer_bytes(value: object) -> bytes:
     """An answer; one that cannot be written is a fault."""
     marshalled: Any = (value,)
@@ -177,7 +171,8 @@ class Proxy:
             CommandError: no XML-RPC, or no URI.
             Fault: the call failed there.
         """
-        request = _call_bytes(method, values)
+        marshalled: Any = values
+        request = xmlrpc.client.dumps(marshalled, method).encode("utf-8", "xmlcharrefreplace")
         async with self._lock, asyncio.timeout(timeout):
             kept = self._streams is not None
             try:

@@ -147,11 +147,11 @@ def text(message: Operation, key: str, default: str | None = None) -> str:
     return value
 
 
-def number(message: Operation, key: str, largest: float, default: float = 0.0) -> float:
-    """A number of an operation from 0 on."""
+def number(message: Operation, key: str, largest: float) -> float:
+    """A number of an operation from 0 on; 0 by default."""
     value = message.get(key)
     if value is None:
-        return default
+        return 0.0
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= largest:
         raise CommandError(
             f"{message['op']}: invalid {key} {reprlib.repr(value)}; allowed: a number from 0 to {largest:g}"
@@ -162,11 +162,9 @@ def number(message: Operation, key: str, largest: float, default: float = 0.0) -
 def flag(message: Operation, key: str, default: bool) -> bool:
     """A truth value of an operation."""
     value = message.get(key)
-    if value is None:
-        return default
-    if not isinstance(value, bool):
+    if not isinstance(value, bool | None):
         raise CommandError(f"{message['op']}: invalid {key} {reprlib.repr(value)}; allowed: true, false")
-    return value
+    return default if value is None else value
 
 
 def options(message: Operation) -> Options:
