@@ -237,13 +237,13 @@ class Graph:
     def send(self, sent: Sent) -> None:
         """Publish a message of the simulation."""
         output, message, self.clock = sent
-        self._deliver(output.name, output.type, message, self.node, latched=output.latched)
+        self.publish(output.name, output.type, message, self.node, latched=output.latched)
 
     def log(self, level: str, text: str) -> None:
         """Publish a line for people on `/rosout`."""
         line = log_message(time.time() if self.clock is None else self.clock, level, self.node, text)
         if line.level >= LEVELS[self._level]:
-            self._deliver(ROSOUT, LOG, line, self.node)
+            self.publish(ROSOUT, LOG, line, self.node)
 
     # Topics
 
@@ -264,7 +264,11 @@ class Graph:
         """
         if name in self.table.inputs:
             self.inbox.message(name, message, sender or node)
-        self._deliver(name, type_name, message, node, latched=latched, origin=origin)
+        if latched:
+            self._latched.setdefault(name, {})[node] = message
+        for wire in self.wires:
+            if wire is not origin:
+                wire.deliver(name, type_name, message)
 
     def latched_messages(self, name: str) -> list[Message]:
         """The messages of a topic that those get who subscribe now."""
@@ -408,16 +412,6 @@ class Graph:
             self.set_parameter(key, own, "")
 
     # What follows from a change
-
-    def _deliver(
-        self, name: str, type_name: str, message: Message, node: str, *, latched: bool = False,
-        origin: Wire | None = None,
-    ) -> None:  # fmt: skip
-        if latched:
-            self._latched.setdefault(name, {})[node] = message
-        for wire in self.wires:
-            if wire is not origin:
-                wire.deliver(name, type_name, message)
 
     def _known_entries(self, table: RosInterface) -> Iterator[tuple[tuple[str, str], tuple[str, bool]]]:
         """Kind and name, type and whether it is latched, of all in a table whose type is known; others are reported."""

@@ -166,7 +166,6 @@ class Lockstep:
 
     def __init__(self, topics: Sequence[str]) -> None:
         """Without topics, time goes on by `/vrx_mj/step` alone."""
-        self.topics = tuple(topics)
         self._answers: dict[str, deque[Command]] = {topic: deque(maxlen=MOST_ANSWERS) for topic in topics}
 
     def keep(self, command: Command) -> bool:

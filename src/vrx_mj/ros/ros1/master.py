@@ -284,9 +284,7 @@ class Master(Api, Wire):
 
 def _check_value(kind: str, value: object, node: str) -> object:
     """A value of a call, names made absolute."""
-    if kind == "k" and isinstance(value, str) and 0 < len(value) <= MAX_NAME:
-        return resolve(value, node)
-    if kind == "n" and isinstance(value, str) and is_legal(value):
+    if isinstance(value, str) and (is_legal(value) if kind == "n" else kind == "k" and 0 < len(value) <= MAX_NAME):
         return resolve(value, node)
     scheme = {"a": "http://", "s": "rosrpc://"}.get(kind)
     if kind == "v" or (kind == "t" and is_type(value)):
