@@ -141,7 +141,7 @@ class Notices:
             return
         self._written.add((kind, who))
         line = shorten(text, LONGEST_LINE)  # parts of it come from unknown publishers
-        _logger.log({"INFO": logging.INFO, "WARN": logging.WARNING}.get(level, logging.ERROR), "%s", line)
+        _logger.log(logging.getLevelNamesMapping()[level], "%s", line)
         if self.listener is not None:
             self.listener(level, line)
 
