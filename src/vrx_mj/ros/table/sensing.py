@@ -206,9 +206,6 @@ def _frames_and_infos(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Out
     link, rate, key = f"{sensor.boat}/{sensor.config.link}", sensor.config.rate, (sensor.boat, sensor.name)
     info = asdict(intrinsics(sensor.config))
 
-    def make(time: float, frame: str) -> Message:
-        return new("sensor_msgs/CameraInfo", header=header(time, frame), **info)
-
     def in_link(reading: Reading) -> Message:
         return _image(replace(reading, frame=link))
 
@@ -220,7 +217,8 @@ def _frames_and_infos(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Out
     ):
 
         def camera_info(reading: Reading | None = None, frame: str = frame) -> Message:
-            return make(host.sim.time if reading is None else reading.time, frame)
+            time = host.sim.time if reading is None else reading.time
+            return new("sensor_msgs/CameraInfo", header=header(time, frame), **info)
 
         yield Output(name, "sensor_msgs/CameraInfo", camera_info, rate, key, camera_info, dialects=dialects)
 

@@ -244,20 +244,18 @@ def _animal_poses(host: Host) -> Iterator[Output]:
 
 
 def _landmark(host: Host) -> Iterator[Input]:
-    def send(name: str, latitude: float, longitude: float) -> None:
-        host.sim.send("landmark", {"type": name, "latitude": latitude, "longitude": longitude})
+    """What was recognized, and where: latitude and longitude [degrees] are x and y in VRX 3."""
+    for type_name, axes, dialects in (
+        ("geographic_msgs/GeoPoseStamped", ("latitude", "longitude"), VRX),
+        ("geometry_msgs/PoseStamped", ("x", "y"), VRX3),
+    ):
 
-    def landmark(message: Message) -> None:
-        place = message.pose.position
-        send(message.header.frame_id, place.latitude, place.longitude)
+        def take(message: Message, axes: tuple[str, str] = axes) -> None:
+            latitude, longitude = (getattr(message.pose.position, axis) for axis in axes)
+            found = {"type": message.header.frame_id, "latitude": latitude, "longitude": longitude}
+            host.sim.send("landmark", found)
 
-    def vrx3_landmark(message: Message) -> None:
-        """Latitude and longitude [degrees] are its x and y."""
-        place = message.pose.position
-        send(message.header.frame_id, place.x, place.y)
-
-    yield Input("/vrx/perception/landmark", "geographic_msgs/GeoPoseStamped", landmark)
-    yield Input("/vrx/perception/landmark", "geometry_msgs/PoseStamped", vrx3_landmark, dialects=VRX3)
+        yield Input("/vrx/perception/landmark", type_name, take, dialects=dialects)
 
 
 def _docking(host: Host) -> Iterator[Entry]:
