@@ -77,6 +77,13 @@ class Network:
         self.loop.close()
 
 
+def begin_task(work: Coroutine[object, None, None], tasks: set[asyncio.Task[None]]) -> None:
+    """Do what waits for something; the task is one of the `tasks` until it has ended."""
+    task: asyncio.Task[None] = asyncio.create_task(work)
+    tasks.add(task)
+    task.add_done_callback(tasks.discard)
+
+
 async def end_tasks(tasks: Iterable[asyncio.Task[None]] | None = None) -> None:
     """Cancel tasks, all by default, but not the one that asks, and wait until they have ended."""
     others = {*(asyncio.all_tasks() if tasks is None else tasks)} - {asyncio.current_task()}

@@ -50,7 +50,7 @@ class Notifier:
         if len(calls) < _MOST_CALLS or (method, about) in calls:
             calls[method, about] = (about, *values)
         if api not in self._tasks:
-            self._tasks[api] = asyncio.get_running_loop().create_task(self._work(api))
+            self._tasks[api] = asyncio.create_task(self._work(api))
 
     async def close(self) -> None:
         """Stop it all."""
@@ -162,7 +162,7 @@ class Master(Api, Wire):
     def start(self) -> None:
         """Follow the graph's changes, and look after nodes that die."""
         self.graph.wires.append(self)
-        self._sweeper = asyncio.get_running_loop().create_task(self._sweep())
+        self._sweeper = asyncio.create_task(self._sweep())
 
     async def close(self) -> None:
         """Stop calling nodes."""

@@ -4,7 +4,7 @@ import asyncio
 import contextlib
 import os
 import time
-from collections.abc import Callable, Coroutine, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 from xmlrpc.client import Fault
@@ -18,6 +18,7 @@ from vrx_mj.ros.network import (
     Notices,
     addresses,
     announced_address,
+    begin_task,
     end_tasks,
     is_local,
     listening_addresses,
@@ -197,9 +198,7 @@ class Watch:
             self._graph.inbox.unknown_publisher(topic, types.get(topic, "*"), node)
         silent = self._silent(subscribers)
         if silent:
-            task = asyncio.get_running_loop().create_task(self._report_unreachable(silent))
-            self._work.add(task)
-            task.add_done_callback(self._work.discard)
+            begin_task(self._report_unreachable(silent), self._work)
 
     async def close(self) -> None:
         """Stop."""
@@ -281,7 +280,7 @@ class Node(Wire):
         self.registrar.seen = self._take_state
         self.registrar.api, self.registrar.replaced = self.slave.uri, self.slave.end
         self._join()
-        self._task = asyncio.get_running_loop().create_task(self.registrar.run())
+        self._task = asyncio.create_task(self.registrar.run())
 
     async def close(self) -> None:
         """Withdraw all and close all connections."""
@@ -367,7 +366,7 @@ class Node(Wire):
         type_name = self.graph.local_type("subscriber", name)
         held = self.subscriptions.get(name)
         if held is not None and held.type != type_name:
-            self._begin(self.subscriptions.pop(name).close())
+            begin_task(self.subscriptions.pop(name).close(), self._closing)
         if type_name is not None and name not in self.subscriptions:
             self.subscriptions[name] = Subscription(
                 self.graph.node,
@@ -475,11 +474,6 @@ class Node(Wire):
                 self.registrar.forget(name)  # the master's news did not reach us: ask
         self._kept = {(name, node) for name, node in self._kept if node in state[0].get(name, [])}
         self.watch.look(state, types, self.subscriptions)
-
-    def _begin(self, work: Coroutine[object, None, None]) -> None:
-        task: asyncio.Task[None] = asyncio.get_running_loop().create_task(work)
-        self._closing.add(task)
-        task.add_done_callback(self._closing.discard)
 
 
 class Ros1:

@@ -193,7 +193,7 @@ class Reader:
 
     async def stay(self) -> None:
         """Send until it leaves, or talks: nothing is expected of it."""
-        writing = asyncio.get_running_loop().create_task(self._write_rest())
+        writing = asyncio.create_task(self._write_rest())
         try:
             await self.peer.reader.readexactly(_MOST_IDLE_TALK)
         finally:
@@ -350,7 +350,7 @@ class Source:
         self.topic, self.uri, self.number = topic, uri, number
         self.received = self.messages = 0
         self.peer: Peer | None = None
-        self.task = asyncio.get_running_loop().create_task(self._run())
+        self.task = asyncio.create_task(self._run())
 
     async def _run(self) -> None:
         pause = FIRST_PAUSE

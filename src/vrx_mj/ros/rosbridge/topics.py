@@ -321,7 +321,7 @@ class Services:
 
     def _begin(self, work: Coroutine[object, None, None], caller: Caller | None = None) -> None:
         """Do what waits for an answer."""
-        task: asyncio.Task[None] = asyncio.get_running_loop().create_task(work)
+        task: asyncio.Task[None] = asyncio.create_task(work)
         self._tasks[task] = caller
         task.add_done_callback(self._tasks.pop)
 
