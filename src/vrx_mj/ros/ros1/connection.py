@@ -23,7 +23,7 @@ STALL_TIMEOUT = 10.0
 """Longest wall time of the transfer of one portion of a message [s]."""
 _PORTION = 1 << 16
 """Size of such a portion [bytes]."""
-_LENGTH = struct.Struct("<I")
+LENGTH = struct.Struct("<I")
 """Length of what follows."""
 _FIRST_TIMEOUT = 10.0
 """Wall time in which a first request must begin [s]."""
@@ -43,7 +43,7 @@ _LARGEST_ANSWER = 1 << 26
 
 def with_length(body: bytes) -> bytes:
     """The bytes of a frame: the length, then the body."""
-    return _LENGTH.pack(len(body)) + body
+    return LENGTH.pack(len(body)) + body
 
 
 def encode_header(fields: Mapping[str, str]) -> bytes:
@@ -60,10 +60,10 @@ def decode_header(raw: bytes) -> dict[str, str]:
     fields: dict[str, str] = {}
     at = 0
     while at < len(raw):
-        if len(raw) - at < _LENGTH.size:
+        if len(raw) - at < LENGTH.size:
             raise CommandError(f"truncated header: it ends inside the length of a field, at byte {at}")
-        (size,) = _LENGTH.unpack_from(raw, at)
-        at += _LENGTH.size
+        (size,) = LENGTH.unpack_from(raw, at)
+        at += LENGTH.size
         if size > len(raw) - at:
             raise CommandError(f"a header's field has {size} bytes where {len(raw) - at} are left")
         name, equals, value = raw[at : at + size].decode("utf-8", "replace").partition("=")
@@ -97,7 +97,7 @@ class Peer:
             OSError, EOFError: the connection ends, or the frame does not go on.
         """
         async with asyncio.timeout(patience):
-            (size,) = _LENGTH.unpack(await self.reader.readexactly(_LENGTH.size))
+            (size,) = LENGTH.unpack(await self.reader.readexactly(LENGTH.size))
         if size > largest:
             raise CommandError(f"a frame of {size} bytes, where at most {largest} are allowed")
         body = bytes(await self.receive(size))

@@ -29,7 +29,7 @@ from vrx_mj.ros.ros1.connection import LARGEST_HEADER, HttpServer, Listener, Pee
 from vrx_mj.ros.ros1.master import Api, Reply
 from vrx_mj.ros.ros1.registrar import Link, MasterAccess, Registrar, SystemState, is_ours, open_master
 from vrx_mj.ros.ros1.tcpros import MOST_PUBLISHERS, Provided, Publication, Reader, Stream, Subscription, call_service
-from vrx_mj.ros.ros1.xmlrpc import CALL_ERRORS, address, ask
+from vrx_mj.ros.ros1.xmlrpc import CALL_ERRORS, DEFAULT_MASTER, address, ask
 
 HEADER_TIMEOUT = 10.0
 """Wall time in which a header must arrive [s]."""
@@ -49,8 +49,6 @@ _MOST_SOURCES = 1024
 """Largest number of connections to publishers of other processes."""
 _MOST_LATCHED = 64
 """Largest number of latched messages of other processes that are kept."""
-_DEFAULT_MASTER = "http://localhost:11311"
-"""Address of roscore on this machine."""
 _OPEN_TIMEOUT = 15.0
 """Wall time to find the master and to register [s]."""
 _CLOSE_TIMEOUT = 2.0
@@ -481,7 +479,7 @@ class Ros1:
 
     def __init__(self, graph: Graph, *, master_uri: str | None = None, host: str = "127.0.0.1") -> None:
         """Nothing is opened yet."""
-        self.master_uri = (master_uri or os.environ.get("ROS_MASTER_URI") or _DEFAULT_MASTER).rstrip("/")
+        self.master_uri = (master_uri or os.environ.get("ROS_MASTER_URI") or DEFAULT_MASTER).rstrip("/")
         self.on_shutdown: Callable[[str], None] | None = None
         """Called by the network's thread with the reason when `rosnode kill` or the master ends our node."""
         self._graph, self._host = graph, host

@@ -25,6 +25,8 @@ _LARGEST_BODY = 1 << 24
 """Largest body of a call or an answer [bytes]: descriptions of robots have some MB."""
 LARGEST_REPLY = 1 << 16
 """Largest answer of a node to a call from here [bytes]."""
+DEFAULT_MASTER = "http://localhost:11311"
+"""Address of roscore on this machine."""
 ANSWER_TIMEOUT = 5.0
 """Longest wall time that an answer may take [s]."""
 CALL_ERRORS = (OSError, EOFError, TimeoutError, CommandError)

@@ -22,6 +22,7 @@ from vrx_mj.errors import CommandError, nearest
 from vrx_mj.ros import messages
 from vrx_mj.ros.limits import Frame, pieces
 from vrx_mj.ros.messages import INTEGERS, MOMENT, SPAN, Field, Message, fields, layout
+from vrx_mj.ros.parameters import join_names
 
 _Numbers = npt.NDArray[Any]
 _EFFORT = 1
@@ -187,7 +188,7 @@ def absolute(name: str) -> str:
         raise CommandError(
             f"{name[:_MOST_TEXT]!r} is not a name: at most {_MOST_TEXT} letters, digits, '_' and '/', a letter first"
         )
-    return "/" + "/".join(part for part in name.split("/") if part)
+    return join_names(name)
 
 
 _short = reprlib.Repr()
