@@ -25,7 +25,7 @@ from rosbags.typesys import get_types_from_msg
 from vrx_mj.errors import RecordError, UnknownNameError, VrxWarning
 from vrx_mj.outputs import write_files
 from vrx_mj.ros import cdr
-from vrx_mj.ros.interface import CONVERSIONS, LOG, ROSOUT, Inbox, RosInterface, Sent, Traffic, log_message
+from vrx_mj.ros.interface import CONVERSIONS, LEVELS, LOG, ROSOUT, Inbox, RosInterface, Sent, Traffic, log_message
 from vrx_mj.ros.messages import Message, encode, full_name, full_text, md5sum, new, typestore
 from vrx_mj.ros.parameters import command_topic
 from vrx_mj.ros.ros_server import CLOCK_RATE, RosServer
@@ -356,7 +356,8 @@ class Bag:
         """Write a line on `/rosout`, where ROS 1 has those of all programs."""
         if self.path.suffix != ".bag" or self._file is None:
             return
-        self.write(ROSOUT, LOG, log_message(self._now, level, _CALLER, text), self._now)
+        line = log_message(self._now, level if level in LEVELS else "INFO", _CALLER, text)
+        self.write(ROSOUT, LOG, line, self._now)
 
     @property
     def traffic(self) -> Traffic:

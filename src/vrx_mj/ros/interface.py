@@ -28,6 +28,10 @@ VRX3: tuple[Dialect, ...] = ("vrx3",)
 """Dialect of VRX 3, on ROS 2."""
 BOTH = VRX + VRX3
 """Both dialects."""
+ROSOUT, LOG = "/rosout", "rosgraph_msgs/Log"
+"""Topic of log messages, and their type."""
+LEVELS = {"DEBUG": 1, "INFO": 2, "WARN": 4, "ERROR": 8, "FATAL": 16}
+"""Levels of rosgraph_msgs/Log."""
 MOST_CALLS = 256
 """Largest number of calls of services that wait; more are refused."""
 MOST_UNKNOWN_PUBLISHERS = 256
@@ -116,12 +120,6 @@ class Service:
         has = types.kind(kind).__dataclass_fields__ if self.reports else ()
         values = {**{name: value for name, value in report.items() if name in has}, **fields}
         return types.new(kind, **values)
-
-
-ROSOUT, LOG = "/rosout", "rosgraph_msgs/Log"
-"""Topic of log messages, and their type."""
-LEVELS = {"DEBUG": 1, "INFO": 2, "WARN": 4, "ERROR": 8, "FATAL": 16}
-"""Levels of rosgraph_msgs/Log."""
 
 
 def log_message(time: float, level: str, node: str, text: str) -> Message:
