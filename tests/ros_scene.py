@@ -15,8 +15,6 @@ SERVERS = []
 class Fake:
     """A network that wants what it is told to want, and keeps what it gets."""
 
-    title = "fake"
-
     def __init__(self, wanted=(), dialect="vrx"):
         self.subscribed_topics, self.dialect, self.got, self.lines = frozenset(wanted), dialect, {}, []
         self.published = {}

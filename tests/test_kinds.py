@@ -15,6 +15,7 @@ from vrx_mj.config.tasks import TASKS
 from vrx_mj.control import SKIPPERS
 from vrx_mj.mjcf.tasks import _RESOLVERS
 from vrx_mj.model import tasks
+from vrx_mj.ros.interface import Output
 from vrx_mj.ros.table.sensing import TOPICS
 from vrx_mj.ros.table.world import MORE_TOPICS, MoreTopics, topics_of
 from vrx_mj.sensors import SENSOR_KINDS
@@ -55,15 +56,18 @@ SENSOR_PARTS: dict[str, Collection[str]] = {
 }
 
 
+NO_TASK = SimpleNamespace(sim=SimpleNamespace(task=None, world=SimpleNamespace(parameters=SimpleNamespace(task=None))))
+"""The host of a world without a task."""
+
+
 def hears(topics):
     """Whether there is a topic or a service by which messages reach a task."""
-    return any(True for part in (topics.inputs, topics.services) for _ in part(None))
+    return any(not isinstance(entry, Output) for entry in topics.more(NO_TASK))
 
 
 def classic_topics(kind):
     """Names of the topics and services of a type of task on ROS 1."""
-    host = SimpleNamespace(sim=SimpleNamespace(task=None, world=SimpleNamespace(parameters=SimpleNamespace(task=None))))
-    return {topic.name for topic in topics_of(host, kind) if "vrx" in topic.dialects}
+    return {topic.name for topic in topics_of(NO_TASK, kind) if "vrx" in topic.dialects}
 
 
 def listed_topics(page):

@@ -19,8 +19,9 @@ from vrx_mj.config.sensors import (
     PingerConfig,
 )
 from vrx_mj.ros import foxglove
+from vrx_mj.ros.interface import Input
 from vrx_mj.ros.messages import new
-from vrx_mj.ros.table.sensing import TOPICS, middle_ring, sensor_inputs
+from vrx_mj.ros.table.sensing import TOPICS, middle_ring, sensor_topics
 from vrx_mj.ros.table.viewers import layout_text
 from vrx_mj.sensors.readings import (
     ApparentWind,
@@ -88,8 +89,9 @@ def test_beacons_and_shooters_take_what_they_took():
         set_pinger=lambda *what: calls.append(what), fire=lambda *what: calls.append(what) or True,
     )  # fmt: skip
     sensors = [PingerConfig(name="one", link="keel"), PingerConfig(name="two", link="keel", topic="other/place")]
-    names = [(entry.name, entry.type, *entry.dialects) for entry in sensor_inputs(SimpleNamespace(sim=sim), "a")]
-    for entry in sensor_inputs(SimpleNamespace(sim=sim), "a"):
+    entries = [entry for entry in sensor_topics(SimpleNamespace(sim=sim), "a") if isinstance(entry, Input)]
+    names = [(entry.name, entry.type, *entry.dialects) for entry in entries]
+    for entry in entries:
         entry.take(new("geometry_msgs/Vector3", x=1.0, y=2.0, z=3.0))
     assert calls == [("a", name, (1.0, 2.0, 3.0)) for name in ("one", "one", "two", "two")]
     check("messages", "beacons", names=names, kinds=[[kind, topics.vrx3_stem] for kind, topics in TOPICS.items()])

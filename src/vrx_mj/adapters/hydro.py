@@ -94,7 +94,9 @@ def hydro_of_hull(
         VrxError: no part of the hull is wet, its mesh is too fine, or its radiation is not that of a hull.
         MissingPackageError: Capytaine is not installed.
     """
-    _check_number(frequencies)
+    fewest, most = FREQUENCY_COUNTS
+    if not fewest <= frequencies <= most:
+        raise CommandError(f"invalid frequencies {frequencies}: {fewest} to {most} are needed")
     with importing("the radiation of a hull", "Capytaine", "hydro"):
         import capytaine
 
@@ -216,12 +218,6 @@ def mean_drift(
     linear += quadratic[:, :, 0] + quadratic[:, :, :, 0].conj()
     linear[:, :, 0] -= quadratic[:, :, 0, 0].conj()
     return linear, quadratic[0, :, 1:, 1:]
-
-
-def _check_number(frequencies: int) -> None:
-    fewest, most = FREQUENCY_COUNTS
-    if not fewest <= frequencies <= most:
-        raise CommandError(f"invalid frequencies {frequencies}: {fewest} to {most} are needed")
 
 
 def _wet_mesh(package: ModuleType, corners: FloatArray, panels: int, *, clustered: bool) -> Any:

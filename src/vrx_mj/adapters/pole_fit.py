@@ -12,12 +12,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from vrx_mj.arrays import FloatArray
+from vrx_mj.arrays import ComplexArray, FloatArray
 from vrx_mj.errors import VrxError
 
-_ComplexArray = npt.NDArray[np.complex128]
 _ITERATIONS = 30
 """Iterations of vector fitting."""
 _MIN_ENTRY = 1e-3
@@ -40,9 +38,9 @@ _SLACK = 1e-6
 class Memory:
     """Poles and residues of a hull's retardation kernel."""
 
-    poles: _ComplexArray
+    poles: ComplexArray
     """(n,) poles [1/s], of each conjugate pair the one above the real axis."""
-    residues: _ComplexArray
+    residues: ComplexArray
     """(n, 6, 6) residues: force i per memory of motion j."""
     error: float
     """Root mean square of the misfit over that of K(i omega), of normalised entries."""
@@ -50,15 +48,15 @@ class Memory:
     """Least eigenvalue of the fitted damping over all frequencies, normalised: below 0 the fit gains energy."""
 
 
-def kernel_of(poles: _ComplexArray, residues: _ComplexArray, frequencies: FloatArray) -> _ComplexArray:
+def kernel_of(poles: ComplexArray, residues: ComplexArray, frequencies: FloatArray) -> ComplexArray:
     """K(i omega) (m, ...) of poles (n,) and residues (n, ...) at frequencies (m,) [rad/s]."""
     at = 1j * frequencies[:, None]
     above, below = 1.0 / (at - poles), 1.0 / (at - poles.conj())
-    total: _ComplexArray = 0.5 * (np.tensordot(above, residues, 1) + np.tensordot(below, residues.conj(), 1))
+    total: ComplexArray = 0.5 * (np.tensordot(above, residues, 1) + np.tensordot(below, residues.conj(), 1))
     return total
 
 
-def _basis(poles: _ComplexArray, frequencies: FloatArray) -> _ComplexArray:
+def _basis(poles: ComplexArray, frequencies: FloatArray) -> ComplexArray:
     """Columns (m, 2 n) that real and imaginary parts of the residues are multiplied by; real poles have one each."""
     at = 1j * frequencies[:, None]
     above, below = 0.5 / (at - poles), 0.5 / (at - poles.conj())
@@ -66,11 +64,11 @@ def _basis(poles: _ComplexArray, frequencies: FloatArray) -> _ComplexArray:
     return np.concatenate(columns, axis=1)
 
 
-def _stack(columns: _ComplexArray) -> FloatArray:
+def _stack(columns: ComplexArray) -> FloatArray:
     return np.concatenate((columns.real, columns.imag))
 
 
-def _relocate_poles(poles: _ComplexArray, samples: _ComplexArray, frequencies: FloatArray) -> _ComplexArray:
+def _relocate_poles(poles: ComplexArray, samples: ComplexArray, frequencies: FloatArray) -> ComplexArray:
     """Poles after one round of vector fitting to samples (m, entries): zeros of the fitted weight 1 + basis c."""
     basis = _basis(poles, frequencies)
     n, blocks, sides = basis.shape[1], [], []
@@ -84,11 +82,11 @@ def _relocate_poles(poles: _ComplexArray, samples: _ComplexArray, frequencies: F
     size = np.abs(zeros)
     # on the imaginary axis a memory would last for ever, and slower ones than the frequencies show are not known
     real = -np.maximum(np.maximum(np.abs(zeros.real), 0.01 * size), 0.5 * frequencies[0])
-    moved: _ComplexArray = real + 1j * np.where(np.abs(zeros.imag) < 1e-9 * size, 0.0, zeros.imag)
+    moved: ComplexArray = real + 1j * np.where(np.abs(zeros.imag) < 1e-9 * size, 0.0, zeros.imag)
     return moved[moved.imag >= 0.0]
 
 
-def _realisation(poles: _ComplexArray) -> tuple[FloatArray, FloatArray]:
+def _realisation(poles: ComplexArray) -> tuple[FloatArray, FloatArray]:
     """State matrix and input vector, real, whose transfer functions to the states are the columns of `_basis`."""
     pairs = np.flatnonzero(poles.imag > 0.0)
     count, size = len(poles), len(poles) + len(pairs)
@@ -112,13 +110,13 @@ def fitted_memory(frequencies: FloatArray, added: FloatArray, damping: FloatArra
     Raises:
         VrxError: the matrices are not symmetric, or the hull gains energy from its waves.
     """
-    kernels: _ComplexArray = damping + 1j * frequencies[:, None, None] * (added - infinite)
+    kernels: ComplexArray = damping + 1j * frequencies[:, None, None] * (added - infinite)
     peaks = np.abs(kernels).max(axis=0)
     if not np.diag(peaks).max() > 0.0:
         return Memory(np.zeros(0, complex), np.zeros((0, 6, 6), complex), 0.0, 0.0)
     # of a motion that makes next to no waves, as the roll of a sphere, the little that there is is no matter
     scale = np.sqrt(np.maximum(np.diag(peaks), _MIN_PEAK * np.diag(peaks).max()))
-    normal: _ComplexArray = kernels / np.outer(scale, scale)
+    normal: ComplexArray = kernels / np.outer(scale, scale)
     _check(normal, frequencies)
     normal = np.asarray(0.5 * (normal + normal.transpose(0, 2, 1)), np.complex128)
     fits = [_best_fit(normal, frequencies, entries) for entries in _coupled_entries(np.abs(normal).max(axis=0))]
@@ -144,7 +142,7 @@ def _coupled_entries(peaks: FloatArray) -> list[list[tuple[int, int]]]:
     ]
 
 
-def _check(normal: _ComplexArray, frequencies: FloatArray) -> None:
+def _check(normal: ComplexArray, frequencies: FloatArray) -> None:
     """Radiation is symmetric, and damps at every frequency."""
     odd = np.abs(normal - normal.transpose(0, 2, 1)).max(axis=(1, 2))
     if odd.max() > 0.1:
@@ -161,8 +159,8 @@ def _check(normal: _ComplexArray, frequencies: FloatArray) -> None:
 
 
 def _best_fit(
-    normal: _ComplexArray, frequencies: FloatArray, entries: Sequence[tuple[int, int]]
-) -> tuple[_ComplexArray, _ComplexArray]:
+    normal: ComplexArray, frequencies: FloatArray, entries: Sequence[tuple[int, int]]
+) -> tuple[ComplexArray, ComplexArray]:
     """Poles and residues of coupled motions: of the first number of poles with a good fit, or of the best one."""
     samples = np.stack([normal[:, i, j] for i, j in entries], axis=1)
     size, least, best = np.linalg.norm(samples), np.inf, None
@@ -182,9 +180,7 @@ def _best_fit(
     return best
 
 
-def _eigenvalues(
-    poles: _ComplexArray, residues: _ComplexArray, frequencies: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+def _eigenvalues(poles: ComplexArray, residues: ComplexArray, frequencies: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Least eigenvalues (n,) of the fitted damping at frequencies (n,), and their vectors (n, 6)."""
     values, vectors = np.linalg.eigh(kernel_of(poles, residues, frequencies).real)
     return values[:, 0], vectors[:, :, 0]
@@ -197,8 +193,8 @@ def _dense(frequencies: FloatArray) -> FloatArray:
 
 
 def _residues(
-    poles: _ComplexArray, samples: _ComplexArray, frequencies: FloatArray, entries: Sequence[tuple[int, int]]
-) -> _ComplexArray:
+    poles: ComplexArray, samples: ComplexArray, frequencies: FloatArray, entries: Sequence[tuple[int, int]]
+) -> ComplexArray:
     """Symmetric residues (n, 6, 6) that fit samples (m, entries), damp nothing at frequency 0, and gain no energy."""
     still, dense = _basis(poles, np.zeros(1)).real, _dense(frequencies)
     free = np.linalg.svd(still)[2][1:].T  # combinations without damping at frequency 0
@@ -233,7 +229,7 @@ def _least_change(r: FloatArray, best: FloatArray, cuts: FloatArray) -> FloatArr
     return change
 
 
-def _matrices(poles: _ComplexArray, weights: FloatArray, entries: Sequence[tuple[int, int]]) -> _ComplexArray:
+def _matrices(poles: ComplexArray, weights: FloatArray, entries: Sequence[tuple[int, int]]) -> ComplexArray:
     """Residues (n, 6, 6) of the basis' weights (columns, entries)."""
     count = len(poles)
     residues = np.zeros((count, 6, 6), complex)

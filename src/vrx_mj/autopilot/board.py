@@ -83,15 +83,18 @@ class Board:
             self._sim.world.parameters.x_from_east,
         )
         battery = {} if self._charge is None else {"battery": self._charge.measure()}
-        optional = battery | self._ranges()
-        return optional | {
-            "timestamp": time,
-            "imu": {"gyro": _numbers(unit.angular_velocity), "accel_body": _numbers(unit.linear_acceleration)},
-            "position": self._north_east_down(place.position),
-            "velocity": self._north_east_down(place.velocity),
-            "quaternion": _numbers(quaternion_product(_FROM_EAST_NORTH_UP, unit.orientation)),
-            "windvane": self._windvane(place),
-        }
+        return (
+            battery
+            | self._ranges()
+            | {
+                "timestamp": time,
+                "imu": {"gyro": unit.angular_velocity.tolist(), "accel_body": unit.linear_acceleration.tolist()},
+                "position": self._north_east_down(place.position),
+                "velocity": self._north_east_down(place.velocity),
+                "quaternion": quaternion_product(_FROM_EAST_NORTH_UP, unit.orientation).tolist(),
+                "windvane": self._windvane(place),
+            }
+        )
 
     def _ranges(self) -> dict[str, float]:
         """Readings [m] of the boat's echo sounders, in their order; what hears no echo gives twice its range's end."""
@@ -117,10 +120,6 @@ class Board:
         flow = apparent_wind(sim.wind.velocity, sim.time, sim.world.parameters.sea.level, place)
         ahead, right, _ = (-flow).tolist()
         return {"direction": math.atan2(right, ahead), "speed": math.hypot(ahead, right)}
-
-
-def _numbers(values: FloatArray) -> list[float]:
-    return [float(value) for value in values]
 
 
 @dataclass(frozen=True)

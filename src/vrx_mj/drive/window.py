@@ -165,10 +165,9 @@ def _flags_of_keys(names: Sequence[tuple[str, str, str]], flags: Sequence[int]) 
 
 def _texts(session: Session) -> list[tuple[int, int, str, str]]:
     font, grid = mujoco.mjtFontScale.mjFONTSCALE_100, mujoco.mjtGridPos
-    status, keys = session.status(), HELP
     return [
-        (font, grid.mjGRID_TOPLEFT, "\n".join(row[0] for row in status), "\n".join(row[1] for row in status)),
-        (font, grid.mjGRID_BOTTOMLEFT, "\n".join(row[0] for row in keys), "\n".join(row[1] for row in keys)),
+        (font, place, "\n".join(row[0] for row in rows), "\n".join(row[1] for row in rows))
+        for place, rows in ((grid.mjGRID_TOPLEFT, session.status()), (grid.mjGRID_BOTTOMLEFT, HELP))
     ]
 
 

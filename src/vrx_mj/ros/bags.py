@@ -25,8 +25,8 @@ from rosbags.typesys import get_types_from_msg
 from vrx_mj.errors import RecordError, UnknownNameError, VrxWarning
 from vrx_mj.outputs import write_files
 from vrx_mj.ros import cdr
-from vrx_mj.ros.interface import CONVERSIONS, Inbox, RosInterface, Sent, Traffic
-from vrx_mj.ros.messages import Message, encode, full_name, full_text, md5sum, new, stamp, typestore
+from vrx_mj.ros.interface import CONVERSIONS, LEVELS, LOG, ROSOUT, Inbox, RosInterface, Sent, Traffic, log_message
+from vrx_mj.ros.messages import Message, encode, full_name, full_text, md5sum, new, typestore
 from vrx_mj.ros.parameters import command_topic
 from vrx_mj.ros.ros_server import CLOCK_RATE, RosServer
 from vrx_mj.ros.table.viewers import layout_text
@@ -60,10 +60,6 @@ FLUSH_PERIOD = 1.0
 """Longest wall time until what was published is on the disk [s]."""
 FIRST = 1
 """Earliest time that ROS's tools play [ns]: they take 0 for no time at all."""
-_LOG, _LOG_TOPIC = "rosgraph_msgs/Log", "/rosout"
-"""Type and topic of log messages."""
-_LEVELS = {"INFO": 2, "WARN": 4, "ERROR": 8}
-"""Levels of rosgraph_msgs/Log."""
 COMMAND_TYPE = "std_msgs/Float32"
 """Type of the commands of thrusters."""
 
@@ -279,8 +275,6 @@ class Bag:
     that it is broken: `rosbag reindex` mends a .bag, `mcap recover` an .mcap, `ros2 bag reindex` a folder.
     """
 
-    title = "bag"
-
     def __init__(self, path: str | Path, *, topics: Sequence[str] = ()) -> None:
         """A bag at `path`; the file is made by `start`.
 
@@ -362,9 +356,8 @@ class Bag:
         """Write a line on `/rosout`, where ROS 1 has those of all programs."""
         if self.path.suffix != ".bag" or self._file is None:
             return
-        header = new("std_msgs/Header", stamp=stamp(self._now))
-        message = new(_LOG, header=header, level=_LEVELS.get(level, _LEVELS["INFO"]), name="/vrx_mj", msg=text)
-        self.write(_LOG_TOPIC, _LOG, message, self._now)
+        line = log_message(self._now, level if level in LEVELS else "INFO", _CALLER, text)
+        self.write(ROSOUT, LOG, line, self._now)
 
     @property
     def traffic(self) -> Traffic:

@@ -7,8 +7,6 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-import mujoco
-
 from vrx_mj.errors import first_names, nearest
 from vrx_mj.runtime.commands import clipped_commands
 from vrx_mj.runtime.hull import Propeller
@@ -16,7 +14,7 @@ from vrx_mj.runtime.run import FASTEST_SPIN, is_capsized, spin
 from vrx_mj.runtime.simulation import Simulation
 
 if TYPE_CHECKING:  # they need the extra ros1, and `vrx-mj doctor` does not
-    from vrx_mj.ros.interface import Call, Command, Input, RosInterface, UnknownTopicPublisher
+    from vrx_mj.ros.interface import Command, Input, RosInterface, UnknownTopicPublisher
 
 
 _CMD_VEL = "/cmd_vel"
@@ -185,20 +183,6 @@ class Diagnosis:
         thruster = name.removesuffix(_ANGLE).removesuffix("/pos")
         return f"{thruster} of {boat} cannot be turned" if name != thruster and thruster in fixed else ""
 
-    def note_refusal(self, command: "Command", why: str) -> None:
-        """A message could not be taken."""
-        self.once(f"{command.topic} refused {command.sender}", f"{command.topic} from {command.sender}: {why}")
-
-    def note_failure(self, call: "Call", why: str) -> None:
-        """A call of a service could not be answered."""
-        text = f"{call.service}, called by {call.caller}: {why}"
-        self.once(text, text)
-
-    def note_mixed_commands(self, thruster: "Input", node: str, cmd_vel: str) -> None:
-        """A boat's `cmd_vel` came while a node publishes one of its thrusters' topics."""
-        boat = thruster.boat
-        self.once(f"{boat} mixed", f"{cmd_vel} does not drive {boat}: {node} publishes {thruster.name}")
-
     def note_command(self, command: "Command") -> None:
         """A message was taken: see whether it comes often enough."""
         if not command.topic.endswith(_THRUST):
@@ -290,12 +274,11 @@ class Diagnosis:
 
 def overlaps(sim: Simulation) -> Iterator[str]:
     """Models that overlap now, a line for each pair."""
-    model, found = sim.model, set()
-    for contact in sim.data.contact:
-        pair = [_owner(model, int(geom), sim.boats) for geom in contact.geom]
-        if contact.dist < -_MIN_OVERLAP and pair[0] != pair[1] and tuple(sorted(pair)) not in found:
-            found.add(tuple(sorted(pair)))
-            yield f"{pair[0]} and {pair[1]} overlap by {-contact.dist:.2f} m: move one of them"
+    found = set()
+    for depth, pair in _contacts(sim):
+        if depth > _MIN_OVERLAP and pair[0] != pair[1] and {*pair} not in found:
+            found.add(frozenset(pair))
+            yield f"{pair[0]} and {pair[1]} overlap by {depth:.2f} m: move one of them"
 
 
 def shared_frames(sim: Simulation) -> Iterator[str]:
@@ -311,16 +294,13 @@ def shared_frames(sim: Simulation) -> Iterator[str]:
                 )
 
 
-def _owner(model: mujoco.MjModel, geom: int, boats: tuple[str, ...]) -> str:
-    name = str(model.body(int(model.geom_bodyid[geom])).name)
-    owner = name.partition("/")[0]
-    return owner if owner in boats else name.rpartition("/")[0] or "the land"
-
-
 def _touching_land(sim: Simulation) -> set[str]:
-    found = set()
+    return {owner for depth, pair in _contacts(sim) if depth > 0.0 and "the land" in pair for owner in pair}
+
+
+def _contacts(sim: Simulation) -> Iterator[tuple[float, list[str]]]:
+    """How deep [m] what overlaps or is near, and whose the two shapes are."""
     for contact in sim.data.contact:
-        pair = {_owner(sim.model, int(geom), sim.boats) for geom in contact.geom}
-        if contact.dist < 0.0 and "the land" in pair:
-            found |= pair
-    return found
+        bodies = (str(sim.model.body(int(sim.model.geom_bodyid[geom])).name) for geom in contact.geom)
+        owners = ((name.partition("/")[0], name.rpartition("/")[0]) for name in bodies)
+        yield -contact.dist, [owner if owner in sim.boats else model or "the land" for owner, model in owners]

@@ -36,8 +36,6 @@ _PRIMITIVES: Mapping[int, tuple[str, str, Mapping[str, Any]]] = {
 class Foxglove(ServerListener):
     """A `Transport` (see `vrx_mj.ros.interface`) of one server, whose threads call what begins with `on_`."""
 
-    title = "Foxglove"
-
     def __init__(self, *, port: int, host: str = "127.0.0.1") -> None:
         """A server on that address; `start` opens it."""
         self._address, self._sent, self._repeated = (host, port), 0, -1

@@ -11,21 +11,22 @@ from functools import partial
 from typing import Any, NamedTuple, Protocol
 
 from vrx_mj.errors import CommandError, UnknownNameError
-from vrx_mj.ros.interface import Answer, Inbox, RosInterface, Sent, Traffic
+from vrx_mj.ros import interface
+from vrx_mj.ros.interface import LEVELS, LOG, ROSOUT, Answer, Entry, Inbox, RosInterface, Sent, Traffic, log_message
 from vrx_mj.ros.limits import Mailbox
-from vrx_mj.ros.messages import Message, is_known, new, stamp
+from vrx_mj.ros.messages import Message, is_known, new
 from vrx_mj.ros.network import Network, Notices
 from vrx_mj.ros.parameters import Parameters, join_names, plain
 
-ROSOUT, _LOG, _LOGGER = "/rosout", "rosgraph_msgs/Log", "ros.vrx_mj"
+_LOGGER = "ros.vrx_mj"
 _SERVICE_PREFIXES = ("/gazebo/", "/vrx/")
 """Prefixes of the names of the simulation's services."""
-LEVELS = {"DEBUG": 1, "INFO": 2, "WARN": 4, "ERROR": 8, "FATAL": 16}
-"""Levels of rosgraph_msgs/Log."""
 _TOPIC_ROLES = ("publisher", "subscriber")
 """Roles of a node at a topic."""
 _REGISTRATION_KINDS = (*_TOPIC_ROLES, "service", "parameter")
 """Kinds of registrations."""
+_KINDS = {interface.Output: "publisher", interface.Input: "subscriber", interface.Service: "service"}
+"""Kinds of registrations of the entries of a table."""
 MOST_REGISTRATIONS = 100_000
 """Largest number of registrations of all nodes."""
 
@@ -89,15 +90,15 @@ class Registrations:
 
     def apis(self, kind: str, key: str) -> list[str]:
         """URIs that are registered under a name."""
-        return [api for _, api in self.holders(kind, key)]
+        return list(self.holders(kind, key).values())
 
     def names(self, kind: str) -> list[str]:
         """All names of a kind."""
         return list(self._entries[kind])
 
-    def holders(self, kind: str, key: str) -> list[tuple[str, str]]:
-        """Nodes and URIs that are registered under a name; safe to ask from any thread."""
-        return [(node, api) for node, (api, _) in list(self._entries[kind].get(key, {}).items())]
+    def holders(self, kind: str, key: str) -> dict[str, str]:
+        """URIs that are registered under a name, by node; safe to ask from any thread."""
+        return {node: api for node, (api, _) in list(self._entries[kind].get(key, {}).items())}
 
     def types(self, kind: str, key: str) -> list[tuple[str, str]]:
         """Nodes that are registered under a name, each with the type that it gave, if it gave one; the last first."""
@@ -192,7 +193,7 @@ class Graph:
         """What the table has registered: kind and name, type and whether it is latched."""
         self.own_parameters: Mapping[str, Any] = {}
         """Parameters of the simulation, by absolute name."""
-        self.register("publisher", ROSOUT, node, _LOG)
+        self.register("publisher", ROSOUT, node, LOG)
         for name, kind, call in (
             (f"{node}/get_loggers", "roscpp/GetLoggers", self._get_loggers),
             (f"{node}/set_logger_level", "roscpp/SetLoggerLevel", self._set_logger_level),
@@ -236,15 +237,13 @@ class Graph:
     def send(self, sent: Sent) -> None:
         """Publish a message of the simulation."""
         output, message, self.clock = sent
-        self._deliver(output.name, output.type, message, self.node, latched=output.latched)
+        self.publish(output.name, output.type, message, self.node, latched=output.latched)
 
     def log(self, level: str, text: str) -> None:
         """Publish a line for people on `/rosout`."""
-        number = LEVELS.get(level, LEVELS["ERROR"])
-        if number < LEVELS[self._level]:
-            return
-        header = {"stamp": stamp(time.time() if self.clock is None else self.clock)}
-        self._deliver(ROSOUT, _LOG, new(_LOG, header=header, level=number, name=self.node, msg=text), self.node)
+        line = log_message(time.time() if self.clock is None else self.clock, level, self.node, text)
+        if line.level >= LEVELS[self._level]:
+            self.publish(ROSOUT, LOG, line, self.node)
 
     # Topics
 
@@ -265,7 +264,11 @@ class Graph:
         """
         if name in self.table.inputs:
             self.inbox.message(name, message, sender or node)
-        self._deliver(name, type_name, message, node, latched=latched, origin=origin)
+        if latched:
+            self._latched.setdefault(name, {})[node] = message
+        for wire in self.wires:
+            if wire is not origin:
+                wire.deliver(name, type_name, message)
 
     def latched_messages(self, name: str) -> list[Message]:
         """The messages of a topic that those get who subscribe now."""
@@ -298,7 +301,7 @@ class Graph:
 
     def is_local(self, kind: str, name: str) -> bool:
         """Whether a node of this process is registered under a name."""
-        return any(node in self.local for node, _ in self.registrations.holders(kind, name))
+        return not self.local.isdisjoint(self.registrations.holders(kind, name))
 
     # Registrations
 
@@ -374,8 +377,7 @@ class Graph:
             here = {
                 (name, node)
                 for name in self.registrations.names(kind)
-                for node, _ in self.registrations.holders(kind, name)
-                if node not in self.local
+                for node in self.registrations.holders(kind, name).keys() - self.local
             }
             for name, node in here - there:
                 self.unregister_remote(kind, name, node, "")
@@ -400,9 +402,8 @@ class Graph:
             KeyError: the parameter is not set.
             CommandError: it is the simulation's alone.
         """
-        now = self.parameters.get(key)
-        own = self._own_parameters.get(key) if self._own_parameters.has(key) else None
-        if join_names(key) != "/" and own is not None and now == own:
+        own = self._own_parameters.get(key)
+        if join_names(key) != "/" and own is not None and self.parameters.get(key) == own:
             raise CommandError(f"{key}: the parameter belongs to the simulation and cannot be deleted")
         if own is None or join_names(key) == "/":
             self.parameters.delete(key)
@@ -412,33 +413,16 @@ class Graph:
 
     # What follows from a change
 
-    def _deliver(
-        self, name: str, type_name: str, message: Message, node: str, *, latched: bool = False,
-        origin: Wire | None = None,
-    ) -> None:  # fmt: skip
-        if latched:
-            self._latched.setdefault(name, {})[node] = message
-        for wire in self.wires:
-            if wire is not origin:
-                wire.deliver(name, type_name, message)
-
     def _known_entries(self, table: RosInterface) -> Iterator[tuple[tuple[str, str], tuple[str, bool]]]:
         """Kind and name, type and whether it is latched, of all in a table whose type is known; others are reported."""
-        for output in table.outputs.values():
-            if self._is_known(output.name, output.type):
-                yield ("publisher", output.name), (output.type, output.latched)
-        for entry in table.inputs.values():
-            if self._is_known(entry.name, entry.type):
-                yield ("subscriber", entry.name), (entry.type, False)
-        for service in table.services.values():
-            if self._is_known(service.name, service.type, "Request", "Response"):
-                yield ("service", service.name), (service.type, False)
-
-    def _is_known(self, name: str, type_name: str, *halves: str) -> bool:
-        known = all(is_known(f"{type_name}{half}") for half in halves or ("",))
-        if not known:
-            self.notices.write("ERROR", "type", name, f"{name}: unknown type {type_name}")
-        return known
+        entries: tuple[Entry, ...] = (*table.outputs.values(), *table.inputs.values(), *table.services.values())
+        for entry in entries:
+            kind = _KINDS[type(entry)]
+            halves = ("Request", "Response") if kind == "service" else ("",)
+            if all(is_known(f"{entry.type}{half}") for half in halves):
+                yield (kind, entry.name), (entry.type, getattr(entry, "latched", False))
+            else:
+                self.notices.write("ERROR", "type", entry.name, f"{entry.name}: unknown type {entry.type}")
 
     def _offer_parameters(self, given: Mapping[str, object]) -> None:
         own: dict[str, Any] = {}
@@ -455,7 +439,7 @@ class Graph:
                 self.parameters.delete(name)
                 self._notify_parameter(name, {}, self.node)
         for name, value in own.items():
-            if not before.has(name) or before.get(name) != value:
+            if before.get(name) != value:
                 self.set_parameter(name, value, self.node)
         self.own_parameters = own
 
@@ -521,8 +505,6 @@ class Wires:
     Messages that it is given are written later, in the network's thread: they must not be changed after `publish`.
     """
 
-    title = "ROS"
-
     def __init__(self, graph: Graph, servers: Sequence[Server]) -> None:
         self.graph, self.servers = graph, servers
         self._dropped, self._queue = 0, _mailbox()
@@ -544,7 +526,7 @@ class Wires:
 
     def publishers(self, topic: str) -> Sequence[str]:
         """Nodes that publish a topic now."""
-        return [node for node, _ in self.graph.registrations.holders("publisher", topic)]
+        return list(self.graph.registrations.holders("publisher", topic))
 
     def publish(self, batch: Sequence[Sent]) -> None:
         """Send messages of one moment to who listens."""

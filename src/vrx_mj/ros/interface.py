@@ -17,7 +17,7 @@ import numpy as np
 from vrx_mj.ros import cdr, messages
 from vrx_mj.ros.cdr import kind
 from vrx_mj.ros.limits import Mailbox
-from vrx_mj.ros.messages import Message, new
+from vrx_mj.ros.messages import Message, new, stamp
 from vrx_mj.sensors.view import CATEGORY_NAMES
 
 Dialect = Literal["vrx", "vrx3"]
@@ -28,6 +28,10 @@ VRX3: tuple[Dialect, ...] = ("vrx3",)
 """Dialect of VRX 3, on ROS 2."""
 BOTH = VRX + VRX3
 """Both dialects."""
+ROSOUT, LOG = "/rosout", "rosgraph_msgs/Log"
+"""Topic of log messages, and their type."""
+LEVELS = {"DEBUG": 1, "INFO": 2, "WARN": 4, "ERROR": 8, "FATAL": 16}
+"""Levels of rosgraph_msgs/Log."""
 MOST_CALLS = 256
 """Largest number of calls of services that wait; more are refused."""
 MOST_UNKNOWN_PUBLISHERS = 256
@@ -118,6 +122,16 @@ class Service:
         return types.new(kind, **values)
 
 
+def log_message(time: float, level: str, node: str, text: str) -> Message:
+    """A line for people of a node at a moment [s]; of an unknown level it is an error."""
+    number = LEVELS.get(level, LEVELS["ERROR"])
+    return new(LOG, header={"stamp": stamp(time)}, level=number, name=node, msg=text)
+
+
+Entry = Output | Input | Service
+"""A topic or a service."""
+
+
 @dataclass(frozen=True)
 class RosInterface:
     """All that a simulation offers, by name."""
@@ -156,9 +170,6 @@ class Transport(Protocol):
 
     What comes in goes to the inbox that it was made with.
     """
-
-    title: str
-    """For people, as `ROS 1`."""
 
     def start(self) -> Sequence[str]:
         """Open it; returns lines for people with its address. NetworkError: it cannot be opened, and why."""

@@ -272,9 +272,7 @@ def known_type(type_name: str) -> str:
 @cache
 def fields(type_name: str) -> Mapping[str, Field]:
     """A message's fields by name, in their order."""
-    package, _, name = type_name.rpartition("/")
-    described = typestore().fielddefs[f"{package}/msg/{name}"][1]
-    return {key: _field(key, kind) for key, kind in described if key != PADDING}
+    return {key: _field(key, kind) for key, kind in _fields(type_name, typestore).items() if key != PADDING}
 
 
 def _field(name: str, kind: FieldDesc) -> Field:

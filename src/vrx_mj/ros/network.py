@@ -68,7 +68,7 @@ class Network:
         if not self._thread.is_alive():
             return
         with contextlib.suppress(TimeoutError, concurrent.futures.TimeoutError):
-            self.call(_end(), _CLOSE_TIMEOUT)
+            self.call(end_tasks(), _CLOSE_TIMEOUT)
         self.soon(self.loop.stop)
         self._thread.join(_CLOSE_TIMEOUT)
 
@@ -77,12 +77,19 @@ class Network:
         self.loop.close()
 
 
-async def _end() -> None:
-    own = asyncio.current_task()
-    tasks = [task for task in asyncio.all_tasks() if task is not own]
-    for task in tasks:
+def begin_task(work: Coroutine[object, None, None], tasks: set[asyncio.Task[None]]) -> None:
+    """Do what waits for something; the task is one of the `tasks` until it has ended."""
+    task: asyncio.Task[None] = asyncio.create_task(work)
+    tasks.add(task)
+    task.add_done_callback(tasks.discard)
+
+
+async def end_tasks(tasks: Iterable[asyncio.Task[None]] | None = None) -> None:
+    """Cancel tasks, all by default, but not the one that asks, and wait until they have ended."""
+    others = {*(asyncio.all_tasks() if tasks is None else tasks)} - {asyncio.current_task()}
+    for task in others:
         task.cancel()
-    await asyncio.gather(*tasks, return_exceptions=True)
+    await asyncio.gather(*others, return_exceptions=True)
 
 
 def who_listens(port: int) -> str | None:
@@ -141,7 +148,7 @@ class Notices:
             return
         self._written.add((kind, who))
         line = shorten(text, LONGEST_LINE)  # parts of it come from unknown publishers
-        _logger.log({"INFO": logging.INFO, "WARN": logging.WARNING}.get(level, logging.ERROR), "%s", line)
+        _logger.log(logging.getLevelNamesMapping()[level], "%s", line)
         if self.listener is not None:
             self.listener(level, line)
 

@@ -78,21 +78,15 @@ class Parameters:
         self._bytes = value_size(self.tree)
 
     def get(self, key: str) -> object:
-        """The value, or the tree under a namespace; KeyError for an unknown key."""
+        """The value, or the tree under a namespace; None for an unknown key."""
         value: object = self.tree
         for part in _parts(key):
-            if not isinstance(value, dict):
-                raise KeyError(key)
-            value = value[part]
+            value = value.get(part) if isinstance(value, dict) else None
         return value
 
     def has(self, key: str) -> bool:
         """Whether there is such a parameter or namespace."""
-        try:
-            self.get(key)
-        except KeyError:
-            return False
-        return True
+        return self.get(key) is not None
 
     def set(self, key: str, value: object) -> None:
         """Set it; what was under this name is gone.

@@ -25,6 +25,8 @@ from vrx_mj.ros.network import Notices, is_loopback
 
 _WHEELS = ("ros-jazzy-rclpy", "ros-jazzy-rmw-fastrtps-cpp", "ros-jazzy-common-interfaces")
 """Wheels of rclpy."""
+_NODE = "vrx_mj"
+"""Name of the node."""
 _HALVES = ("Request", "Response")
 """Suffixes of the types of the two messages of a service."""
 _QUEUE_DEPTH = 10
@@ -37,8 +39,6 @@ _WANTED_PERIOD = 0.1
 """Wall time between two checks which topics are wanted [s]."""
 _GRAPH_PERIOD = 1.0
 """Wall time between two checks of the other nodes [s]."""
-_LEVELS = {"INFO": 20, "WARN": 30, "ERROR": 40}
-"""Levels of rcl_interfaces/Log."""
 _OURS = ("/rosout", "/parameter_events")
 """Topics that every node has."""
 _CLOCK = "/clock"
@@ -144,14 +144,14 @@ class _Held(NamedTuple, Generic[_Entry]):
 class Node:
     """A node of rclpy in a context of its own."""
 
-    def __init__(self, rclpy: Any, inbox: Inbox, name: str) -> None:
+    def __init__(self, rclpy: Any, inbox: Inbox) -> None:
         """Open it; NetworkError: ROS 2 does not start."""
-        self._rclpy, self._inbox, self._name = rclpy, inbox, name
+        self._rclpy, self._inbox = rclpy, inbox
         self._context = rclpy.Context()
         try:
             rclpy.init(args=[], context=self._context, signal_handler_options=rclpy.signals.SignalHandlerOptions.NO)
             self._node = rclpy.create_node(
-                name,
+                _NODE,
                 context=self._context,
                 enable_rosout=False,  # the user's lines are printed already
                 start_parameter_services=False,  # no executor would answer
@@ -248,7 +248,9 @@ class Node:
         """A line on /rosout."""
         if self._rosout is None:
             return
-        line = kind("rcl_interfaces/Log")(stamp(time.time()), _LEVELS[level], self._name, text, "", "", 0)
+        line = kind("rcl_interfaces/Log")(
+            stamp(time.time()), logging.getLevelNamesMapping()[level], _NODE, text, "", "", 0
+        )
         self._rosout.publish(encode(line, "rcl_interfaces/Log"))
 
     def close(self) -> None:
@@ -343,17 +345,14 @@ _logger = logging.getLogger(__name__)
 class Ros2:
     """A `Transport` (see `vrx_mj.ros.interface`) by VRX 3's names, on the rclpy of the user's ROS 2."""
 
-    title = "ROS 2"
     dialect: Dialect = "vrx3"
 
-    def __init__(
-        self, inbox: Inbox, *, host: str = "127.0.0.1", node: str = "vrx_mj", packages: Sequence[str] = PACKAGES
-    ) -> None:
-        """A node of this name; with a host of loopback it looks for others on this machine alone.
+    def __init__(self, inbox: Inbox, *, host: str = "127.0.0.1", packages: Sequence[str] = PACKAGES) -> None:
+        """With a host of loopback the node looks for others on this machine alone.
 
         Of `packages`, those of the topics' types, `start` says which are missing.
         """
-        self._inbox, self._host, self._name, self._packages = inbox, host, node, packages
+        self._inbox, self._host, self._packages = inbox, host, packages
         self._lock, self._woken, self._closing = threading.Lock(), threading.Event(), False
         self._table: RosInterface | None = None
         self._queue: Mailbox[Sent] = Mailbox(lambda sent: sent.output.name)
@@ -370,11 +369,11 @@ class Ros2:
         rclpy = load_rclpy()
         if is_loopback(self._host):
             os.environ.setdefault(RANGE_VARIABLE, "LOCALHOST")
-        self._node = Node(rclpy, self._inbox, self._name)
+        self._node = Node(rclpy, self._inbox)
         self._thread.start()
         domain, distro = os.environ.get("ROS_DOMAIN_ID") or "0", os.environ.get("ROS_DISTRO") or "jazzy"
         by, reach = rclpy.get_rmw_implementation_identifier(), os.environ.get(RANGE_VARIABLE, "SUBNET")
-        lines = [f"ROS 2: node /{self._name} in domain {domain} by {by}, {RANGE_VARIABLE}={reach}"]
+        lines = [f"ROS 2: node /{_NODE} in domain {domain} by {by}, {RANGE_VARIABLE}={reach}"]
         for package in self._packages:
             if not has_package(package):
                 shown = f", as {_EXAMPLES[package]}," if package in _EXAMPLES else ""

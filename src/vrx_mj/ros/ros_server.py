@@ -33,7 +33,7 @@ from vrx_mj.ros.interface import (
     publishers_of,
 )
 from vrx_mj.ros.messages import Message, encode
-from vrx_mj.ros.steering import HeldThrust, Steering
+from vrx_mj.ros.steering import Steering
 from vrx_mj.ros.table import CLOCK, make_tables
 from vrx_mj.ros.table.boats import Localization, Source, description
 from vrx_mj.ros.table.host import BoatOutputs, Bodies, CmdVel, InitialPoses, Scenery
@@ -166,7 +166,6 @@ class Lockstep:
 
     def __init__(self, topics: Sequence[str]) -> None:
         """Without topics, time goes on by `/vrx_mj/step` alone."""
-        self.topics = tuple(topics)
         self._answers: dict[str, deque[Command]] = {topic: deque(maxlen=MOST_ANSWERS) for topic in topics}
 
     def keep(self, command: Command) -> bool:
@@ -277,7 +276,7 @@ class RosServer:
         self.applied = AppliedForces(sim, report)
         self.diagnosis = Diagnosis(sim, report)
         self._transports, self._inbox, self._report, self._clock_rate = transports, inbox, report, clock_rate
-        self._steering, self._initial_poses, self._held = Steering(sim, report), InitialPoses(sim), HeldThrust(sim)
+        self.steering, self._initial_poses = Steering(sim, report), InitialPoses(sim)
         self._joined: dict[str, Newcomer] = {}
         self._left = set[str]()
         self._localization, self._localized = localization, dict[str, Localization]()
@@ -340,8 +339,8 @@ class RosServer:
         sim = self.sim
         then = (sample_number(self._clock_rate, sim.time) + 1) / self._clock_rate
         steps = min(most, steps_to_time(then, sim.time, sim.timestep))
-        self._steering.steer()
-        self._held.renew()
+        self.steering.steer()
+        self.steering.renew()
         self.applied.advance(steps)
         self.announce()
         self.diagnosis.look()
@@ -375,7 +374,8 @@ class RosServer:
         try:
             entry.take(command.message)
         except Exception as error:  # a mistake of ours, too, ends no run
-            self.diagnosis.note_refusal(command, _error_text(error))
+            text = f"{command.topic} from {command.sender}: {_error_text(error)}"
+            self.diagnosis.once(f"{command.topic} refused {command.sender}", text)
         else:
             self.diagnosis.note_command(command)
 
@@ -388,14 +388,11 @@ class RosServer:
             response = service.answer(call.request)
         except Exception as error:  # as there
             why = _error_text(error)
-            self.diagnosis.note_failure(call, why)
+            text = f"{call.service}, called by {call.caller}: {why}"
+            self.diagnosis.once(text, text)
             call.answer(service.failure(why), why)
         else:
             call.answer(response, "")
-
-    def warn_once(self, key: str, text: str) -> None:
-        """Report a line, once for a key."""
-        self.diagnosis.once(key, text)
 
     def is_published(self, thrusters: Sequence[Input], cmd_vel: str) -> bool:
         """Whether somebody publishes one of a boat's thrusters' topics; told once, as its `cmd_vel` is left alone."""
@@ -403,16 +400,15 @@ class RosServer:
             for entry in thrusters:
                 nodes = publishers_of(transport, entry.name) if dialect_of(transport) in entry.dialects else ()
                 if nodes:
-                    self.diagnosis.note_mixed_commands(entry, nodes[0], cmd_vel)
+                    text = f"{cmd_vel} does not drive {entry.boat}: {nodes[0]} publishes {entry.name}"
+                    self.diagnosis.once(f"{entry.boat} mixed", text)
                     return True
         return False
 
     def command(self, boat: str, commands: Mapping[str, float]) -> None:
         """Command thrusters, as `Simulation.command`."""
-        self._steering.let_go(boat)
         self.sim.command_all({boat: commands})
-        for name in commands:
-            self._held.let_go(boat, name)
+        self.steering.let_go(boat, commands)
         self.diagnosis.check_commands(boat, commands)
 
     def push(self, boat: str, thruster: str, force: float) -> None:
@@ -426,19 +422,9 @@ class RosServer:
         own = self.observation[boat].thrusters[thruster]
         command = force if own.in_newtons else own.command(force)
         self.command(boat, {thruster: command})
-        self._held.hold(boat, thruster, command)
+        self.steering.hold(boat, thruster, command)
         if not own.in_newtons:
             self.diagnosis.check_force(boat, own, force)
-
-    def steer(self, boat: str, surge: float, turn: float) -> None:
-        """Have a boat keep a speed ahead [m/s] and a turning rate [rad/s], for a second."""
-        self._held.let_go(boat)
-        self._steering.steer_boat(boat, surge, turn)
-
-    def form(self, text: str) -> None:
-        """Have the fleet keep a formation, or go to another one; errors are `Steering.form`'s."""
-        self._report("INFO", self._steering.form(text))
-        self._held.begin()
 
     # Who is there
 
@@ -510,7 +496,7 @@ class RosServer:
             self.sim.remove(name)
         for name, newcomer in self._joined.items():
             self._spawn(name, newcomer)
-        self._held.begin()
+        self.steering.begin()
         self._update()
         for post in self._publishers.values():
             post.begin()
@@ -545,8 +531,7 @@ class RosServer:
         self._seen = None
         self.bodies.bind()
         self.applied.bind()
-        self._steering.bind()
-        self._held.bind()
+        self.steering.bind()
         self._initial_poses.bind()
         self.diagnosis.check_receivers()
         self._offer()
@@ -571,7 +556,7 @@ class RosServer:
             try:
                 self._localized[boat] = known.get(boat) or Localization(self, boat, source)
             except CommandError as error:
-                self.warn_once(f"localization of {boat}", str(error))
+                self.diagnosis.once(f"localization of {boat}", str(error))
         return self._localized
 
     def close(self) -> None:

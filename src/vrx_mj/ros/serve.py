@@ -90,8 +90,6 @@ def _messages(ask: Callable[[str], Sequence[Sentence]], boat: str) -> list[Messa
 class Nmea:
     """A `Transport` (see `vrx_mj.ros.interface`) of one boat's sentences, without a thread: no socket of it blocks."""
 
-    title = "NMEA"
-
     def __init__(self, boat: str, *, port: int, host: str = "127.0.0.1") -> None:
         """Serve the sentences of a boat once `start` is called; port 0 is any free one."""
         self._boat, self._host, self.port, self._counts = boat, host, port, Counts()
@@ -326,7 +324,7 @@ def serve(
     try:
         transports = [*_transports(network, inbox, wanted, ending), *extra]
         with _open(transports) as lines, handle_signals(("SIGINT", "SIGTERM"), lambda _: ending.set()):
-            announcer = _Announcer(sim, transports, report)
+            announcer = partial(_announce, sim, transports, report)
             server = RosServer(
                 sim,
                 transports,
@@ -362,17 +360,12 @@ def _sentences(sim: Simulation, wanted: Wanted, report: Report) -> BoatOutputs:
     return partial(nmea_outputs, instruments)
 
 
-class _Announcer:
-    """Shows lines to people here, to those on the networks, and in the recording."""
-
-    def __init__(self, sim: Simulation, transports: Sequence[Transport], report: Report) -> None:
-        self._sim, self._transports, self._report = sim, transports, report
-
-    def __call__(self, level: str, text: str) -> None:
-        self._report(level, text)
-        self._sim.event(text, level)
-        for transport in self._transports:
-            transport.log(level, text)
+def _announce(sim: Simulation, transports: Sequence[Transport], report: Report, level: str, text: str) -> None:
+    """Show a line to people here, to those on the networks, and in the recording."""
+    report(level, text)
+    sim.event(text, level)
+    for transport in transports:
+        transport.log(level, text)
 
 
 class _Loop:

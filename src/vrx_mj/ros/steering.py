@@ -3,7 +3,7 @@
 import contextlib
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
 from pydantic import ValidationError
@@ -34,12 +34,22 @@ class _VelocityOrder(NamedTuple):
     expires: float
 
 
+class _ThrustOrder(NamedTuple):
+    command: float
+    renewed: float
+    """Simulated time at which it was given last [s]."""
+    period: float
+    """After which it is given again [s]."""
+
+
 class Steering:
-    """Closed loops around boats, by ground truth for velocities and by the boats' sensors for formations."""
+    """Orders that outlast a message: velocities, by ground truth, formations, by the boats' sensors, and thrusts."""
 
     def __init__(self, sim: Simulation, report: Callable[[str, str], None]) -> None:
         self._sim, self._report = sim, report
         self._orders: dict[str, _VelocityOrder] = {}
+        self._held: dict[tuple[str, str], _ThrustOrder] = {}
+        """The last commands of the thrusters that go on by them, by boat and thruster."""
         self._keepers: dict[str, VelocityKeeper] = {}
         self._formation: Formation | None = None
         self._schedule = Schedule()
@@ -48,6 +58,7 @@ class Steering:
         """Boats came or went, or time began anew."""
         here = set(self._sim.boats)
         self._orders = {boat: order for boat, order in self._orders.items() if boat in here}
+        self._held = {key: order for key, order in self._held.items() if key[0] in here}
         self._keepers.clear()
         self._schedule = Schedule()
         leader = self._formation.leader.name if self._formation else None
@@ -56,33 +67,48 @@ class Steering:
 
     def steer_boat(self, boat: str, surge: float, turn: float) -> None:
         """Keep a speed ahead [m/s] and a turning rate [rad/s], for a second."""
+        self._held = {key: order for key, order in self._held.items() if key[0] != boat}
         self._orders[boat] = _VelocityOrder(surge, turn, self._sim.time + _TIMEOUT)
 
-    def let_go(self, boat: str) -> None:
-        """Somebody else commands the boat's thrusters."""
+    def let_go(self, boat: str, thrusters: Iterable[str]) -> None:
+        """Somebody else commands these thrusters of the boat."""
         self._orders.pop(boat, None)
+        for name in thrusters:
+            self._held.pop((boat, name), None)
 
-    def form(self, text: str) -> str:
-        """Keep a formation, or go to another one; returns what is done, in words.
+    def hold(self, boat: str, thruster: str, command: float) -> None:
+        """Go on giving a command that the simulation has taken just now."""
+        own = self._sim.world.parameters.thrusters_of(boat)
+        timeout = next(each.timeout for each in own if each.name == thruster)
+        period = 0.5 * timeout if timeout > 0.0 else math.inf
+        self._held[boat, thruster] = _ThrustOrder(command, self._sim.time, period)
+
+    def begin(self) -> None:
+        """Hold no thrust any more: time began anew, or others steer now."""
+        self._held.clear()
+
+    def form(self, text: str) -> None:
+        """Have the fleet keep a formation, or go to another one.
 
         Raises:
             CommandError: the text is not a formation.
             VrxError: the boats cannot keep it.
         """
-        wanted = parse_formation(text)
+        wanted, state = parse_formation(text), "off"
         if wanted is None:
             self._formation = None
-            return "formation: off"
-        leads = {"leader", "path", "speed", "radius", "apart"} & wanted.keys()
-        if self._formation is not None and not leads:
+        elif self._formation is not None and not {"leader", "path", "speed", "radius", "apart"} & wanted.keys():
             self._formation.change(wanted.get("shape", self._formation.shape), wanted.get("spacing"))
         else:
             if "path" not in wanted:
                 check_name("boat", wanted.setdefault("leader", self._sim.boats[0]), self._sim.boats)
             self._formation = Formation(**wanted)
-        leader = self._formation.leader.name
-        whom = f"led by {leader}" if leader else "along its path"
-        return f"formation: {self._formation.shape}, {self._formation.spacing:g} m apart, {whom}"
+        if self._formation is not None:
+            leader = self._formation.leader.name
+            whom = f"led by {leader}" if leader else "along its path"
+            state = f"{self._formation.shape}, {self._formation.spacing:g} m apart, {whom}"
+        self._report("INFO", f"formation: {state}")
+        self._held.clear()
 
     def steer(self) -> None:
         """Command the boats, if it is time."""
@@ -98,6 +124,17 @@ class Steering:
             self._sim.command_all({boat: keeper(true_estimate(seen[boat]), time, order.surge, order.turn)})
         if self._formation is not None:
             self._keep_formation(self._formation, seen, time)
+
+    def renew(self) -> None:
+        """Give held commands again before they end."""
+        time = self._sim.time
+        due: dict[str, dict[str, float]] = {}
+        for (boat, name), order in self._held.items():
+            if time - order.renewed >= order.period:
+                due.setdefault(boat, {})[name] = order.command
+                self._held[boat, name] = order._replace(renewed=time)
+        if due:
+            self._sim.command_all(due)
 
     def _keep_formation(self, formation: Formation, seen: Observation, time: float) -> None:
         try:
@@ -158,53 +195,3 @@ def _from_json(text: str) -> dict[str, object]:
         return dict(json.loads(text))
     except (ValueError, TypeError, RecursionError) as error:
         raise CommandError(f"formation: not a JSON object: {error}") from None
-
-
-class _ThrustOrder(NamedTuple):
-    command: float
-    renewed: float
-    """Simulated time at which it was given last [s]."""
-    period: float
-    """After which it is given again [s]."""
-
-
-class HeldThrust:
-    """The last command of each thruster that goes on by it."""
-
-    def __init__(self, sim: Simulation) -> None:
-        self._sim = sim
-        self._orders: dict[str, dict[str, _ThrustOrder]] = {}
-
-    def bind(self) -> None:
-        """Boats came or went."""
-        self._orders = {boat: orders for boat, orders in self._orders.items() if boat in self._sim.boats}
-
-    def begin(self) -> None:
-        """Time began anew, or others steer now."""
-        self._orders.clear()
-
-    def hold(self, boat: str, thruster: str, command: float) -> None:
-        """Go on giving a command that the simulation has taken just now."""
-        own = self._sim.world.parameters.thrusters_of(boat)
-        timeout = next(each.timeout for each in own if each.name == thruster)
-        period = 0.5 * timeout if timeout > 0.0 else math.inf
-        self._orders.setdefault(boat, {})[thruster] = _ThrustOrder(command, self._sim.time, period)
-
-    def let_go(self, boat: str, thruster: str | None = None) -> None:
-        """Somebody else commands a thruster, or all of the boat's."""
-        if thruster is None:
-            self._orders.pop(boat, None)
-        else:
-            self._orders.get(boat, {}).pop(thruster, None)
-
-    def renew(self) -> None:
-        """Give commands again before they end."""
-        time = self._sim.time
-        due: dict[str, dict[str, float]] = {}
-        for boat, orders in self._orders.items():
-            for name, order in orders.items():
-                if time - order.renewed >= order.period:
-                    due.setdefault(boat, {})[name] = order.command
-                    orders[name] = order._replace(renewed=time)
-        if due:
-            self._sim.command_all(due)

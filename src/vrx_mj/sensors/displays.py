@@ -127,29 +127,21 @@ def check_display_marks(displays: Sequence[Display], marks: FloatArray) -> None:
 def displays_of(world: Parameters) -> tuple[Display, ...]:
     """The lights and placards of a world."""
     found: list[Display] = []
-    first = 0
-    rows: tuple[Light | Placard, ...] = (*world.lights, *world.placards)
-    for row in rows:
-        kind = "light" if isinstance(row, Light) else "placard"
+
+    def add(row: Light | Placard, kind: str, parts: Mapping[str, tuple[str, ...]], *start: float) -> None:
+        first = found[-1].marks.stop if found else 0
         marks = slice(first, first + MARK_COUNTS[kind])
-        found.append(Display(row.name, kind, row.body, _parts(row), _start(row), marks))
-        first = marks.stop
+        found.append(Display(row.name, kind, row.body, parts, start, marks))
+
+    for light in world.lights:
+        colors = (float(CODES.index(color)) for color in light.pattern)
+        add(light, "light", {"panels": light.geoms}, *colors, 0.0, float(_DARK), 0.0, 0.0)
+    for placard in world.placards:
+        parts = {str(shape): placard.geoms[shape] for shape in SHAPES if shape in placard.geoms}
+        add(placard, "placard", parts, symbol_mark(placard.symbol))
     return tuple(found)
 
 
 def display_marks(displays: Sequence[Display]) -> list[float]:
     """The marks of displays at the start of a run."""
     return list(chain.from_iterable(display.start for display in displays))
-
-
-def _parts(row: Light | Placard) -> dict[str, tuple[str, ...]]:
-    if isinstance(row, Light):
-        return {"panels": row.geoms}
-    return {shape: row.geoms[shape] for shape in SHAPES if shape in row.geoms}
-
-
-def _start(row: Light | Placard) -> tuple[float, ...]:
-    if isinstance(row, Placard):
-        return (symbol_mark(row.symbol),)
-    colors = [float(CODES.index(color)) for color in row.pattern]
-    return (*colors, 0.0, float(_DARK), 0.0, 0.0)

@@ -149,7 +149,7 @@ class Lidar:
         self._model, self._config, self._body = model, config, body
         self._position = np.array(position, np.float64)
         self._rotation = np.array(rotation, np.float64)
-        self._rays = grid(config.rings, config.samples, config.elevation, config.azimuth, config.range)
+        self._rays = grid(config)
         rays = self._rays[0]
         self._directions = _directions(angles(rays["elevation"], config.rings), angles(rays["azimuth"], config.samples))
         geoms = reflecting(model)

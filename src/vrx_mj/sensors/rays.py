@@ -15,6 +15,7 @@ import numpy.typing as npt
 from numba import types
 
 from vrx_mj.arrays import FloatArray, IntArray
+from vrx_mj.config.sensors import LidarConfig
 from vrx_mj.libmujoco import c_function
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.tables import Record
@@ -59,26 +60,15 @@ _SEEN, _COLLIDES = 2, 3
 """Groups of geoms: what is looked at, and what collides."""
 
 
-def grid(
-    rings: int,
-    samples: int,
-    elevation: tuple[float, float],
-    azimuth: tuple[float, float],
-    reach: tuple[float, float],
-) -> npt.NDArray[np.void]:
+def grid(config: LidarConfig) -> npt.NDArray[np.void]:
     """A table of one row of `_GRID`: angles from the first to the last ray, both included, as Gazebo has them.
 
-    Args:
-        rings: number of elevations.
-        samples: number of azimuths.
-        elevation: of the first and the last ring [rad], cut at straight down and up.
-        azimuth: of the first and the last sample [rad].
-        reach: where rays begin and where they end [m].
+    Elevations are cut at straight down and up.
     """
-    table, low, high = np.zeros(1, _GRID), -0.5 * math.pi, 0.5 * math.pi
-    elevation = (min(max(elevation[0], low), high), min(max(elevation[1], low), high))
-    table[0] = (rings, samples, _steps(elevation, rings), _steps(azimuth, samples), *reach)
-    return table
+    rings, samples, quarter = config.rings, config.samples, 0.5 * math.pi
+    first, last = (min(max(angle, -quarter), quarter) for angle in config.elevation)
+    row = (rings, samples, _steps((first, last), rings), _steps(config.azimuth, samples), *config.range)
+    return np.array([row], _GRID)
 
 
 def _steps(span: tuple[float, float], count: int) -> tuple[float, float]:

@@ -9,7 +9,7 @@ from trees import partial
 from vrx_mj.frames import quaternion
 from vrx_mj.ros import diagnosis
 from vrx_mj.ros.diagnosis import Diagnosis, TopicHints, overlaps, shared_frames
-from vrx_mj.ros.interface import Call, Command, Input, RosInterface, UnknownTopicPublisher
+from vrx_mj.ros.interface import Command, RosInterface, UnknownTopicPublisher
 from vrx_mj.runtime.observation import BoatObservation
 
 TOPIC = "/a/thrusters/left_thrust_cmd"
@@ -46,17 +46,6 @@ def said(scene):
     lines, scene.lines[:] = list(scene.lines), []
     assert all(level == "WARN" for level, _ in lines)
     return [text for _, text in lines]
-
-
-def test_refusals_failures_and_mixed_commands_are_each_said_once(scene):
-    for why in ("too long", "too short"):
-        scene.watch.note_refusal(Command("/a/x", None, "/me"), why)
-        scene.watch.note_failure(Call("/s", None, "/you", None), why)
-        scene.watch.note_mixed_commands(Input("/a/l", "std_msgs/Float32", print, "a"), "/node", "/a/cmd_vel")
-    assert said(scene) == [
-        "/a/x from /me: too long", "/s, called by /you: too long", "/a/cmd_vel does not drive a: /node publishes /a/l",
-        "/s, called by /you: too short",
-    ]  # fmt: skip
 
 
 def test_so_many_lines_are_said_and_then_none(scene):

@@ -90,7 +90,7 @@ def test_nodes_of_this_process_and_of_others_are_in_one_list(graph):
         ["/chat", [CLIENT]],
     ]
     assert graph.registrations.apis("publisher", "/chat") == [URI]
-    assert graph.registrations.holders("subscriber", "/chat") == [(TALKER, "http://127.0.0.1:1/")]
+    assert graph.registrations.holders("subscriber", "/chat") == {TALKER: "http://127.0.0.1:1/"}
     assert graph.topics() == {"/chat": STRING, "/info": STRING, "/order": STRING, ROSOUT: "rosgraph_msgs/Log"}
     assert set(graph.registrations.nodes) == {"/gazebo", CLIENT, TALKER}
     graph.forget(CLIENT)
@@ -141,10 +141,10 @@ def test_a_mirror_has_the_nodes_of_another_master_and_leaves_those_of_this_proce
     state = [{"/scan": [TALKER], "/info": ["/gazebo", TALKER]}, {"/info": [TALKER]}, {"/map": [TALKER]}]
     graph.mirror(state, {"/scan": "sensor_msgs/LaserScan"})
     assert graph.topics()["/scan"] == "sensor_msgs/LaserScan"
-    assert [node for node, _ in graph.registrations.holders("publisher", "/info")] == ["/gazebo", TALKER]
+    assert list(graph.registrations.holders("publisher", "/info")) == ["/gazebo", TALKER]
     graph.mirror([{}, {}, {}], {})
     assert "/scan" not in graph.topics()
-    assert [node for node, _ in graph.registrations.holders("publisher", "/info")] == ["/gazebo"]
+    assert list(graph.registrations.holders("publisher", "/info")) == ["/gazebo"]
     assert set(graph.registrations.nodes) == {"/gazebo"}
 
 

@@ -105,7 +105,7 @@ def test_calls_that_wait_are_taken_and_answered(monkeypatch):
     monkeypatch.setitem(sys.modules, "rclpy.serialization", wire)
     inbox, asked, service = Inbox(), new(f"{DATUM}Request"), MagicMock()
     service.handle.service_take_request.side_effect = [(asked, "one"), (asked, "two"), (None, None)] * 2
-    node = ros2_node.Node(MagicMock(), inbox, "vrx_mj")
+    node = ros2_node.Node(MagicMock(), inbox)
     node._services["/datum"] = ros2_node._Held(Service("/datum", DATUM, lambda _: None), service)
     node.take()
     _, calls, _ = inbox.drain()

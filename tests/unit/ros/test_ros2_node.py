@@ -94,7 +94,7 @@ class Scene:
         clock = SimpleNamespace(monotonic=lambda: self.now, time=lambda: 12.5)
         monkeypatch.setattr(ros2, "time", clock)
         self.ros, self.inbox = Ros(), Inbox()
-        self.node = ros2.Node(self.ros, self.inbox, "vrx_mj")
+        self.node = ros2.Node(self.ros, self.inbox)
         self.notices = []
         self.node._notices = SimpleNamespace(write=lambda *notice: self.notices.append(notice))
 
@@ -141,7 +141,7 @@ def test_what_rclpy_raises_is_an_error_of_the_network():
     ros = Ros()
     ros.create_node = MagicMock(side_effect=RuntimeError("no domain"))
     with pytest.raises(NetworkError, match=r"^ROS 2 does not start: no domain$"):
-        ros2.Node(ros, Inbox(), "vrx_mj")
+        ros2.Node(ros, Inbox())
 
 
 def test_without_a_class_for_log_lines_there_are_none(monkeypatch):

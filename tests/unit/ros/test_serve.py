@@ -8,7 +8,7 @@ import pytest
 
 from ros_scene import Fake
 from vrx_mj.ros import network, serve
-from vrx_mj.ros.serve import Wanted, _Announcer, _show_addresses
+from vrx_mj.ros.serve import Wanted, _announce, _show_addresses
 
 FAR = "203.0.113.7"
 
@@ -106,6 +106,6 @@ def test_who_listens_on_loopback_means_programs_of_this_machine(monkeypatch):
 def test_a_line_is_told_here_to_all_networks_and_in_the_recording():
     here, recorded, networks = [], [], [Fake(), Fake()]
     sim = SimpleNamespace(event=lambda text, level: recorded.append((level, text)))
-    _Announcer(sim, networks, lambda level, text: here.append((level, text)))("WARN", "the master is gone")
+    _announce(sim, networks, lambda level, text: here.append((level, text)), "WARN", "the master is gone")
     assert here == recorded == [("WARN", "the master is gone")]
     assert [network.lines for network in networks] == [here, here]

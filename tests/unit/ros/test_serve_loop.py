@@ -221,17 +221,17 @@ def test_transports_are_those_that_are_wanted():
     network, ending = Network(), threading.Event()
     try:
 
-        def titles(**wanted):
-            return [one.title for one in serve._transports(network, Inbox(), Wanted(**wanted), ending)]
+        def kinds(**wanted):
+            return [type(one).__name__ for one in serve._transports(network, Inbox(), Wanted(**wanted), ending)]
 
-        assert titles(ros2=True) == ["ROS 2"]
-        assert titles(ros2=True, nmea={"a": 10110, "b": 10111}) == ["ROS 2", "NMEA", "NMEA"]
+        assert kinds(ros2=True) == ["Ros2"]
+        assert kinds(ros2=True, nmea={"a": 10110, "b": 10111}) == ["Ros2", "Nmea", "Nmea"]
         wires, *_ = serve._transports(network, Inbox(), Wanted(ros1=True, rosbridge=0), ending)
         ros1, bridge = wires.servers
         ros1.on_shutdown("rosnode kill")
         assert ending.is_set()
         assert bridge.port == 0
         with pytest.raises(CommandError, match=r"^no transport: --ros1, --rosbridge, --foxglove, --nmea or --ros2 is"):
-            titles()
+            kinds()
     finally:
         network.close()

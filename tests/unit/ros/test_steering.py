@@ -8,7 +8,7 @@ import pytest
 from trees import partial
 from vrx_mj.errors import VrxError
 from vrx_mj.ros import steering
-from vrx_mj.ros.steering import HeldThrust, Steering, parse_formation
+from vrx_mj.ros.steering import Steering, parse_formation
 
 
 class Sim:
@@ -72,7 +72,7 @@ def test_a_velocity_is_kept_for_a_second_ten_times_a_second(sim):
 def test_a_boat_that_is_let_go_is_not_steered(sim):
     pilot = Steering(sim, lambda _level, _text: None)
     pilot.steer_boat("b", 1.5, 0.0)
-    pilot.let_go("b")
+    pilot.let_go("b", ())
     sail(sim, pilot, 1.0)
     assert sim.given == []
 
@@ -145,7 +145,7 @@ def sail_held(held_sim, held, seconds):
 
 
 def test_a_command_is_given_again_before_it_runs_out(held_sim):
-    held = HeldThrust(held_sim)
+    held = Steering(held_sim, print)
     held.hold("a", "left", 0.5)
     sail_held(held_sim, held, 10.0)
     times = [0.0, *(time for time, _ in held_sim.given)]
@@ -155,15 +155,17 @@ def test_a_command_is_given_again_before_it_runs_out(held_sim):
 
 
 def test_what_holds_for_ever_is_not_given_again(held_sim):
-    held = HeldThrust(held_sim)
+    held = Steering(held_sim, print)
     held.hold("b", "left", 0.5)
     sail_held(held_sim, held, 5.0)
     assert held_sim.given == []
 
 
-@pytest.mark.parametrize("end", [lambda one: one.let_go("a"), lambda one: one.let_go("a", "left"), HeldThrust.begin])
+@pytest.mark.parametrize(
+    "end", [lambda one: one.steer_boat("a", 1.0, 0.0), lambda one: one.let_go("a", ["left"]), Steering.begin]
+)
 def test_what_is_let_go_is_not_given_again(held_sim, end):
-    held = HeldThrust(held_sim)
+    held = Steering(held_sim, print)
     held.hold("a", "left", 0.5)
     end(held)
     sail_held(held_sim, held, 3.0)
@@ -171,7 +173,7 @@ def test_what_is_let_go_is_not_given_again(held_sim, end):
 
 
 def test_a_boat_that_left_is_commanded_no_more(held_sim):
-    held = HeldThrust(held_sim)
+    held = Steering(held_sim, print)
     held.hold("a", "left", 0.5)
     held_sim.boats = ("b",)
     held.bind()

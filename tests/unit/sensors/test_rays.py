@@ -1,18 +1,26 @@
 """A window may be too wide, never too narrow: whatever point of a hull is looked at, its ray is in the window."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrx_mj.sensors.rays import angles, grid, sample_window, turns, window
+from vrx_mj.sensors import rays as module
+from vrx_mj.sensors.rays import angles, sample_window, turns, window
 
 COORDINATE = st.floats(-20, 20).map(lambda metres: round(metres, 9))  # squares of less than a nanometre may be 0
 POINT = st.tuples(COORDINATE, COORDINATE, COORDINATE)
 HULL = st.lists(POINT, min_size=3, max_size=8)
 TURNS = st.sampled_from([-1, 0, 1])
+
+
+def grid(rings, samples, elevation, azimuth, reach):
+    """The rays of a lidar with these, within its limits or not."""
+    config = SimpleNamespace(rings=rings, samples=samples, elevation=elevation, azimuth=azimuth, range=reach)
+    return module.grid(config)
 
 
 def inside(rays, corners, ring, sample):

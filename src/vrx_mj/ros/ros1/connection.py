@@ -11,7 +11,7 @@ from xmlrpc.client import Fault
 
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.limits import SMALL, ConnectionLimit, Intake, Pace, Place
-from vrx_mj.ros.network import Names, Notices
+from vrx_mj.ros.network import Names, Notices, end_tasks
 from vrx_mj.ros.parameters import value_size
 from vrx_mj.ros.ros1.xmlrpc import LARGEST_HEAD, address, answer_bytes, checked_size, fault_bytes, read, read_head
 
@@ -23,7 +23,7 @@ STALL_TIMEOUT = 10.0
 """Longest wall time of the transfer of one portion of a message [s]."""
 _PORTION = 1 << 16
 """Size of such a portion [bytes]."""
-_LENGTH = struct.Struct("<I")
+LENGTH = struct.Struct("<I")
 """Length of what follows."""
 _FIRST_TIMEOUT = 10.0
 """Wall time in which a first request must begin [s]."""
@@ -43,7 +43,7 @@ _LARGEST_ANSWER = 1 << 26
 
 def with_length(body: bytes) -> bytes:
     """The bytes of a frame: the length, then the body."""
-    return _LENGTH.pack(len(body)) + body
+    return LENGTH.pack(len(body)) + body
 
 
 def encode_header(fields: Mapping[str, str]) -> bytes:
@@ -60,10 +60,10 @@ def decode_header(raw: bytes) -> dict[str, str]:
     fields: dict[str, str] = {}
     at = 0
     while at < len(raw):
-        if len(raw) - at < _LENGTH.size:
+        if len(raw) - at < LENGTH.size:
             raise CommandError(f"truncated header: it ends inside the length of a field, at byte {at}")
-        (size,) = _LENGTH.unpack_from(raw, at)
-        at += _LENGTH.size
+        (size,) = LENGTH.unpack_from(raw, at)
+        at += LENGTH.size
         if size > len(raw) - at:
             raise CommandError(f"a header's field has {size} bytes where {len(raw) - at} are left")
         name, equals, value = raw[at : at + size].decode("utf-8", "replace").partition("=")
@@ -97,7 +97,7 @@ class Peer:
             OSError, EOFError: the connection ends, or the frame does not go on.
         """
         async with asyncio.timeout(patience):
-            (size,) = _LENGTH.unpack(await self.reader.readexactly(_LENGTH.size))
+            (size,) = LENGTH.unpack(await self.reader.readexactly(LENGTH.size))
         if size > largest:
             raise CommandError(f"a frame of {size} bytes, where at most {largest} are allowed")
         body = bytes(await self.receive(size))
@@ -197,10 +197,7 @@ class Listener:
             server.close()
         for _ in range(8):  # what asyncio has accepted begins in the loop's next turns, and finds it closed
             await asyncio.sleep(0)
-        tasks = [task for task in self.tasks if task is not asyncio.current_task()]
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        await end_tasks(self.tasks)
         self._servers.clear()
 
     async def _serve_client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:

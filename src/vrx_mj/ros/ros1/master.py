@@ -11,6 +11,7 @@ from xmlrpc.client import Fault
 
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.graph import Graph, Wire
+from vrx_mj.ros.network import end_tasks
 from vrx_mj.ros.parameters import MAX_NAME, is_legal, is_type, join_names, resolve, updates
 from vrx_mj.ros.ros1.xmlrpc import CALL_ERRORS, LARGEST_REPLY, Proxy, address
 
@@ -49,14 +50,11 @@ class Notifier:
         if len(calls) < _MOST_CALLS or (method, about) in calls:
             calls[method, about] = (about, *values)
         if api not in self._tasks:
-            self._tasks[api] = asyncio.get_running_loop().create_task(self._work(api))
+            self._tasks[api] = asyncio.create_task(self._work(api))
 
     async def close(self) -> None:
         """Stop it all."""
-        tasks = list(self._tasks.values())
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        await end_tasks(self._tasks.values())
 
     async def _work(self, api: str) -> None:
         proxy = Proxy(api, LARGEST_REPLY)
@@ -164,15 +162,14 @@ class Master(Api, Wire):
     def start(self) -> None:
         """Follow the graph's changes, and look after nodes that die."""
         self.graph.wires.append(self)
-        self._sweeper = asyncio.get_running_loop().create_task(self._sweep())
+        self._sweeper = asyncio.create_task(self._sweep())
 
     async def close(self) -> None:
         """Stop calling nodes."""
         if self in self.graph.wires:
             self.graph.wires.remove(self)
         if self._sweeper is not None:
-            self._sweeper.cancel()
-            await asyncio.gather(self._sweeper, return_exceptions=True)
+            await end_tasks([self._sweeper])
         await self._notifier.close()
 
     def registration_changed(self, kind: str, name: str) -> None:
@@ -191,7 +188,7 @@ class Master(Api, Wire):
         """Call the subscribers of a parameter, except the node that has set it."""
         known = self.graph.registrations
         for update in updates(known.names("parameter"), key, value):
-            for node, api in known.holders("parameter", update.subscribed):
+            for node, api in known.holders("parameter", update.subscribed).items():
                 if node != setter:
                     self._notifier.notify(api, "paramUpdate", update.key, update.value)
 
@@ -236,10 +233,8 @@ class Master(Api, Wire):
         return 1, f"parameter {key} set", 0
 
     def _get_parameter(self, _: str, key: str) -> Reply:
-        try:
-            return 1, f"Parameter [{key}]", self.graph.parameters.get(key)
-        except KeyError:
-            return -1, f"Parameter [{key}] is not set", 0
+        value = self.graph.parameters.get(key)
+        return (-1, f"Parameter [{key}] is not set", 0) if value is None else (1, f"Parameter [{key}]", value)
 
     def _delete_parameter(self, _: str, key: str) -> Reply:
         try:
@@ -260,8 +255,8 @@ class Master(Api, Wire):
 
     def _subscribe_parameter(self, node: str, api: str, key: str) -> Reply:
         self.graph.register_remote("parameter", key, node, api)
-        value = self.graph.parameters.get(key) if self.graph.parameters.has(key) else {}
-        return 1, f"Subscribed to parameter [{key}]", value
+        value = self.graph.parameters.get(key)
+        return 1, f"Subscribed to parameter [{key}]", {} if value is None else value
 
     def _was_refused(self, api: str) -> None:
         """Nobody listens at a node's URI any more: it has died without a word."""
@@ -289,9 +284,7 @@ class Master(Api, Wire):
 
 def _check_value(kind: str, value: object, node: str) -> object:
     """A value of a call, names made absolute."""
-    if kind == "k" and isinstance(value, str) and 0 < len(value) <= MAX_NAME:
-        return resolve(value, node)
-    if kind == "n" and isinstance(value, str) and is_legal(value):
+    if isinstance(value, str) and (is_legal(value) if kind == "n" else kind == "k" and 0 < len(value) <= MAX_NAME):
         return resolve(value, node)
     scheme = {"a": "http://", "s": "rosrpc://"}.get(kind)
     if kind == "v" or (kind == "t" and is_type(value)):

@@ -4,7 +4,7 @@ import asyncio
 import contextlib
 import os
 import time
-from collections.abc import Callable, Coroutine, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 from xmlrpc.client import Fault
@@ -14,13 +14,22 @@ from vrx_mj.ros.graph import Graph, Wire
 from vrx_mj.ros.interface import Traffic
 from vrx_mj.ros.limits import ConnectionLimit, Intake
 from vrx_mj.ros.messages import Message
-from vrx_mj.ros.network import Notices, addresses, announced_address, is_local, listening_addresses, own_names
+from vrx_mj.ros.network import (
+    Notices,
+    addresses,
+    announced_address,
+    begin_task,
+    end_tasks,
+    is_local,
+    listening_addresses,
+    own_names,
+)
 from vrx_mj.ros.parameters import MAX_NAME, resolve
 from vrx_mj.ros.ros1.connection import LARGEST_HEADER, HttpServer, Listener, Peer, decode_header, encode_header
 from vrx_mj.ros.ros1.master import Api, Reply
 from vrx_mj.ros.ros1.registrar import Link, MasterAccess, Registrar, SystemState, is_ours, open_master
 from vrx_mj.ros.ros1.tcpros import MOST_PUBLISHERS, Provided, Publication, Reader, Stream, Subscription, call_service
-from vrx_mj.ros.ros1.xmlrpc import CALL_ERRORS, address, ask
+from vrx_mj.ros.ros1.xmlrpc import CALL_ERRORS, DEFAULT_MASTER, address, ask
 
 HEADER_TIMEOUT = 10.0
 """Wall time in which a header must arrive [s]."""
@@ -40,8 +49,6 @@ _MOST_SOURCES = 1024
 """Largest number of connections to publishers of other processes."""
 _MOST_LATCHED = 64
 """Largest number of latched messages of other processes that are kept."""
-_DEFAULT_MASTER = "http://localhost:11311"
-"""Address of roscore on this machine."""
 _OPEN_TIMEOUT = 15.0
 """Wall time to find the master and to register [s]."""
 _CLOSE_TIMEOUT = 2.0
@@ -189,16 +196,11 @@ class Watch:
             self._graph.inbox.unknown_publisher(topic, types.get(topic, "*"), node)
         silent = self._silent(subscribers)
         if silent:
-            task = asyncio.get_running_loop().create_task(self._report_unreachable(silent))
-            self._work.add(task)
-            task.add_done_callback(self._work.discard)
+            begin_task(self._report_unreachable(silent), self._work)
 
     async def close(self) -> None:
         """Stop."""
-        work = list(self._work)
-        for task in work:
-            task.cancel()
-        await asyncio.gather(*work, return_exceptions=True)
+        await end_tasks(self._work)
 
     def _silent(self, subscribers: Mapping[str, list[str]]) -> list[tuple[str, str]]:
         """Topics and nodes that subscribed to them long ago and never connected; of a node only one topic."""
@@ -276,7 +278,7 @@ class Node(Wire):
         self.registrar.seen = self._take_state
         self.registrar.api, self.registrar.replaced = self.slave.uri, self.slave.end
         self._join()
-        self._task = asyncio.get_running_loop().create_task(self.registrar.run())
+        self._task = asyncio.create_task(self.registrar.run())
 
     async def close(self) -> None:
         """Withdraw all and close all connections."""
@@ -284,8 +286,7 @@ class Node(Wire):
             self.graph.wires.remove(self)
             self.graph.remote_master = self.graph.remote_call = None
         if self._task is not None:
-            self._task.cancel()
-            await asyncio.gather(self._task, return_exceptions=True)
+            await end_tasks([self._task])
         await self.registrar.withdraw()
         await self.watch.close()
         await asyncio.gather(*(topic.close() for topic in self.subscriptions.values()), *self._closing)
@@ -363,7 +364,7 @@ class Node(Wire):
         type_name = self.graph.local_type("subscriber", name)
         held = self.subscriptions.get(name)
         if held is not None and held.type != type_name:
-            self._begin(self.subscriptions.pop(name).close())
+            begin_task(self.subscriptions.pop(name).close(), self._closing)
         if type_name is not None and name not in self.subscriptions:
             self.subscriptions[name] = Subscription(
                 self.graph.node,
@@ -413,11 +414,8 @@ class Node(Wire):
         for kind in ("publisher", "subscriber", "service"):
             for name in known.names(kind):
                 about = graph.service_uri if kind == "service" else graph.local_type(kind, name) or "*"
-                wished |= {
-                    (node, kind, name): [about, graph.uri]
-                    for node, _ in known.holders(kind, name)
-                    if node in graph.local
-                }
+                for node in known.holders(kind, name).keys() & graph.local:
+                    wished[node, kind, name] = [about, graph.uri]
         return wished
 
     async def _serve(self, peer: Peer) -> None:
@@ -475,18 +473,13 @@ class Node(Wire):
         self._kept = {(name, node) for name, node in self._kept if node in state[0].get(name, [])}
         self.watch.look(state, types, self.subscriptions)
 
-    def _begin(self, work: Coroutine[object, None, None]) -> None:
-        task: asyncio.Task[None] = asyncio.get_running_loop().create_task(work)
-        self._closing.add(task)
-        task.add_done_callback(self._closing.discard)
-
 
 class Ros1:
     """The wire, from any thread."""
 
     def __init__(self, graph: Graph, *, master_uri: str | None = None, host: str = "127.0.0.1") -> None:
         """Nothing is opened yet."""
-        self.master_uri = (master_uri or os.environ.get("ROS_MASTER_URI") or _DEFAULT_MASTER).rstrip("/")
+        self.master_uri = (master_uri or os.environ.get("ROS_MASTER_URI") or DEFAULT_MASTER).rstrip("/")
         self.on_shutdown: Callable[[str], None] | None = None
         """Called by the network's thread with the reason when `rosnode kill` or the master ends our node."""
         self._graph, self._host = graph, host

@@ -7,7 +7,6 @@ import asyncio
 import contextlib
 import itertools
 import os
-import struct
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -29,18 +28,19 @@ from vrx_mj.ros.messages import (
     service_md5sum,
     typestore,
 )
-from vrx_mj.ros.network import Notices
+from vrx_mj.ros.network import Notices, end_tasks
 from vrx_mj.ros.parameters import MAX_NAME
 from vrx_mj.ros.ros1.connection import (
     LARGEST_CALL,
     LARGEST_HEADER,
+    LENGTH,
     Peer,
     decode_header,
     dial,
     encode_header,
     with_length,
 )
-from vrx_mj.ros.ros1.xmlrpc import CALL_ERRORS, Proxy, ask
+from vrx_mj.ros.ros1.xmlrpc import CALL_ERRORS, DEFAULT_MASTER, Proxy, ask
 
 _HIGH_WATER = 1 << 18
 """Bytes of a connection that asyncio holds before its outbox fills."""
@@ -52,8 +52,6 @@ _MOST_IDLE_TALK = 1 << 16
 """Largest number of bytes that a subscriber may send after its header; they are ignored."""
 _MOST_MET = 1000
 """Largest number of names of subscribers that are remembered."""
-_LENGTH = struct.Struct("<I")
-"""Length of what follows."""
 _REQUEST_TIMEOUT = 10.0
 """Wall time in which the request of a one-time caller must begin [s]."""
 MOST_PUBLISHERS = 64
@@ -74,8 +72,6 @@ _HANDSHAKE_TIMEOUT = 10.0
 """Wall time in which a connection must be made [s]."""
 FIRST_PAUSE, LONGEST_PAUSE = 0.5, 8.0
 """First and longest wall time until a connection is tried again [s]."""
-_MASTER = "http://localhost:11311"
-"""Address of roscore on this machine."""
 _LOOKUP_PERIOD = 0.2
 """Wall time between two requests for the address of a service [s]."""
 
@@ -164,12 +160,12 @@ class Publication:
     def _frame(self, message: Message) -> bytearray:
         """A message with its length before it, written once and without copies: pictures have some MB."""
         size = self._kind.getsize_ros1(0, message, typestore())
-        frame = bytearray(_LENGTH.size + size)
-        _LENGTH.pack_into(frame, 0, size)
-        end = self._kind.serialize_ros1(memoryview(frame), _LENGTH.size, message, typestore())
+        frame = bytearray(LENGTH.size + size)
+        LENGTH.pack_into(frame, 0, size)
+        end = self._kind.serialize_ros1(memoryview(frame), LENGTH.size, message, typestore())
         assert end == len(frame)
         if self._numbered:  # as roscpp and rospy do: messages are numbered by who publishes them
-            _LENGTH.pack_into(frame, _LENGTH.size, self._sequence & 0xFFFFFFFF)
+            LENGTH.pack_into(frame, LENGTH.size, self._sequence & 0xFFFFFFFF)
             self._sequence += 1
         return frame
 
@@ -193,7 +189,7 @@ class Reader:
 
     async def stay(self) -> None:
         """Send until it leaves, or talks: nothing is expected of it."""
-        writing = asyncio.get_running_loop().create_task(self._write_rest())
+        writing = asyncio.create_task(self._write_rest())
         try:
             await self.peer.reader.readexactly(_MOST_IDLE_TALK)
         finally:
@@ -317,7 +313,7 @@ class Subscription:
         """These are the publishers now."""
         wanted = list(dict.fromkeys(uri for uri in uris if len(uri) <= MAX_NAME and uri != self.own))[:MOST_PUBLISHERS]
         for uri in set(self.sources) - set(wanted):
-            self.sources.pop(uri).close()
+            self.sources.pop(uri).task.cancel()
         for uri in wanted:
             if uri not in self.sources and not self.has_room():
                 text = f"{self.name}: too many publishers are connected; no messages from {uri}"
@@ -339,9 +335,8 @@ class Subscription:
 
     async def close(self) -> None:
         """Close all connections."""
-        tasks = [source.close() for source in self.sources.values()]
-        self.sources.clear()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        sources, self.sources = self.sources, {}
+        await end_tasks(source.task for source in sources.values())
 
 
 class Source:
@@ -351,12 +346,7 @@ class Source:
         self.topic, self.uri, self.number = topic, uri, number
         self.received = self.messages = 0
         self.peer: Peer | None = None
-        self._task = asyncio.get_running_loop().create_task(self._run())
-
-    def close(self) -> asyncio.Task[None]:
-        """Leave it; the task ends soon."""
-        self._task.cancel()
-        return self._task
+        self.task = asyncio.create_task(self._run())
 
     async def _run(self) -> None:
         pause = FIRST_PAUSE
@@ -460,7 +450,7 @@ class Client:
     """A caller of a master's graph, with a name and a namespace."""
 
     def __init__(self, name: str, uri: str | None = None, namespace: str | None = None) -> None:
-        self.uri = uri or os.environ.get("ROS_MASTER_URI") or _MASTER
+        self.uri = uri or os.environ.get("ROS_MASTER_URI") or DEFAULT_MASTER
         given = os.environ.get("ROS_NAMESPACE", "") if namespace is None else namespace
         self.namespace = f"/{given.strip('/')}/" if given.strip("/") else "/"
         self.name = f"{self.namespace}{name}"

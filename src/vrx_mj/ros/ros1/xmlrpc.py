@@ -25,6 +25,8 @@ _LARGEST_BODY = 1 << 24
 """Largest body of a call or an answer [bytes]: descriptions of robots have some MB."""
 LARGEST_REPLY = 1 << 16
 """Largest answer of a node to a call from here [bytes]."""
+DEFAULT_MASTER = "http://localhost:11311"
+"""Address of roscore on this machine."""
 ANSWER_TIMEOUT = 5.0
 """Longest wall time that an answer may take [s]."""
 CALL_ERRORS = (OSError, EOFError, TimeoutError, CommandError)
@@ -77,12 +79,6 @@ async def read(body: bytes | bytearray) -> tuple[tuple[object, ...], str | None]
         raise
     except Exception as error:  # Python's raises whatever its conversions raise
         raise CommandError(f"not XML-RPC: {type(error).__name__} {error}"[:200]) from None
-
-
-def _call_bytes(method: str, values: Sequence[object]) -> bytes:
-    """A call."""
-    marshalled: Any = tuple(values)
-    return xmlrpc.client.dumps(marshalled, method).encode("utf-8", "xmlcharrefreplace")
 
 
 def answer_bytes(value: object) -> bytes:
@@ -177,7 +173,8 @@ class Proxy:
             CommandError: no XML-RPC, or no URI.
             Fault: the call failed there.
         """
-        request = _call_bytes(method, values)
+        marshalled: Any = values
+        request = xmlrpc.client.dumps(marshalled, method).encode("utf-8", "xmlcharrefreplace")
         async with self._lock, asyncio.timeout(timeout):
             kept = self._streams is not None
             try:

@@ -22,6 +22,7 @@ from vrx_mj.errors import CommandError, nearest
 from vrx_mj.ros import messages
 from vrx_mj.ros.limits import Frame, pieces
 from vrx_mj.ros.messages import INTEGERS, MOMENT, SPAN, Field, Message, fields, layout
+from vrx_mj.ros.parameters import join_names
 
 _Numbers = npt.NDArray[Any]
 _EFFORT = 1
@@ -49,18 +50,18 @@ _BYTES = frozenset({"uint8", "char"})
 _MIN_MESSAGE = 500
 """Approximate least size of a message [bytes]."""
 _TYPED_ARRAYS = {
-    "byte": (72, "int8"),
-    "int8": (72, "int8"),
-    "uint16": (69, "<u2"),
-    "uint32": (70, "<u4"),
-    "uint64": (71, "<u8"),
-    "int16": (77, "<i2"),
-    "int32": (78, "<i4"),
-    "int64": (79, "<i8"),
-    "float32": (85, "<f4"),
-    "float64": (86, "<f8"),
+    "byte": 72,
+    "int8": 72,
+    "uint16": 69,
+    "uint32": 70,
+    "uint64": 71,
+    "int16": 77,
+    "int32": 78,
+    "int64": 79,
+    "float32": 85,
+    "float64": 86,
 }
-"""Tag (RFC 8746) and layout of an array of each type."""
+"""Tag (RFC 8746) of an array of each type, little end first."""
 _MOST_FRAGMENTS = 1000
 """Largest number of fragments of a message: a smaller fragment_size is raised."""
 _PLACEHOLDER = secrets.token_hex(16)
@@ -112,6 +113,11 @@ class Options(NamedTuple):
     """Characters; 0: whole."""
     compression: str = "none"
 
+    @property
+    def is_binary(self) -> bool:
+        """Whether frames are bytes, not text."""
+        return self.compression.startswith("cbor")
+
 
 def operation(data: str | bytes) -> Operation:
     """A message from its text.
@@ -142,11 +148,11 @@ def text(message: Operation, key: str, default: str | None = None) -> str:
     return value
 
 
-def number(message: Operation, key: str, largest: float, default: float = 0.0) -> float:
-    """A number of an operation from 0 on."""
+def number(message: Operation, key: str, largest: float) -> float:
+    """A number of an operation from 0 on; 0 by default."""
     value = message.get(key)
     if value is None:
-        return default
+        return 0.0
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= largest:
         raise CommandError(
             f"{message['op']}: invalid {key} {reprlib.repr(value)}; allowed: a number from 0 to {largest:g}"
@@ -157,11 +163,9 @@ def number(message: Operation, key: str, largest: float, default: float = 0.0) -
 def flag(message: Operation, key: str, default: bool) -> bool:
     """A truth value of an operation."""
     value = message.get(key)
-    if value is None:
-        return default
-    if not isinstance(value, bool):
+    if not isinstance(value, bool | None):
         raise CommandError(f"{message['op']}: invalid {key} {reprlib.repr(value)}; allowed: true, false")
-    return value
+    return default if value is None else value
 
 
 def options(message: Operation) -> Options:
@@ -184,7 +188,7 @@ def absolute(name: str) -> str:
         raise CommandError(
             f"{name[:_MOST_TEXT]!r} is not a name: at most {_MOST_TEXT} letters, digits, '_' and '/', a letter first"
         )
-    return "/" + "/".join(part for part in name.split("/") if part)
+    return join_names(name)
 
 
 _short = reprlib.Repr()
@@ -229,7 +233,7 @@ def request(arguments: object, type_name: str, now: float, place: str) -> Messag
 def _field(value: object, field: Field, now: float, place: str) -> object:
     if field.length < 0:
         return _single(value, field.type, now, place)
-    if field.type in {"uint8", "char"} and isinstance(value, str):
+    if field.type in _BYTES and isinstance(value, str):
         value = _decode_base64(value, place)
     elif not isinstance(value, list):
         raise _wrong(place, value, f"a list of {field.type}")
@@ -384,17 +388,17 @@ class Parcel:
         """The topic's name and the picture of it, as a client wished it last: another one takes long to make."""
         self._bodies: dict[str, bytes] = {}
 
-    def frames(self, topic: str, compression: str, fragment_size: int) -> Iterable[Frame]:
+    def frames(self, topic: str, wish: Options) -> Iterable[Frame]:
         """What to send, for a client that calls the topic so: frames of text, but of binary for the two CBORs."""
-        if compression in {"cbor", "cbor-raw"}:
+        if wish.is_binary:
             head = b"\xa3\x62op\x67publish\x65topic" + cbor2.dumps(topic) + b"\x63msg"  # a map of three
-            return [(head, self._body(compression))]
+            return [(head, self._body(wish.compression))]
         parts: Frame = (b'{"op":"publish","topic":%b,"msg":' % json_bytes(topic), self._body("json"), b"}")
-        if compression == "png":
+        if wish.compression == "png":
             if self._png[0] != topic:
                 self._png = topic, json_bytes({"op": "png", "data": png(b"".join(parts))})
             parts = (self._png[1],)
-        return _fragments(parts, fragment_size)
+        return _fragments(parts, wish.fragment_size)
 
     def _body(self, encoding: str) -> bytes:
         if encoding in self._bodies:
@@ -410,14 +414,14 @@ class Parcel:
         return made
 
 
-def reply_frames(message: Mapping[str, object], compression: str, fragment_size: int) -> tuple[list[Frame], bool]:
+def reply_frames(message: Mapping[str, object], wish: Options) -> list[Frame]:
     """What to send of an operation other than a topic's message, and whether it is binary."""
-    if compression in {"cbor", "cbor-raw"}:
-        return [(cbor2.dumps(message, default=_cbor_number),)], True
+    if wish.is_binary:
+        return [(cbor2.dumps(message, default=_cbor_number),)]
     whole = json_bytes(message)
-    if compression == "png":
+    if wish.compression == "png":
         whole = json_bytes({"op": "png", "data": png(whole)})
-    return list(_fragments((whole,), fragment_size)), False
+    return list(_fragments((whole,), wish.fragment_size))
 
 
 def plain(message: Message, type_name: str) -> dict[str, object]:
@@ -497,13 +501,13 @@ def _writer(field: Field, cbor: bool) -> _Writer | None:
     """What turns a field's value into what is written; None: it is that already."""
     if field.length < 0:
         return _single_writer(field.type, cbor)
-    if field.type in _BYTES and cbor:
-        return lambda values: np.asarray(values, np.uint8).tobytes()
     if field.type in _BYTES:
+        if cbor:
+            return lambda values: np.asarray(values, np.uint8).tobytes()
         return lambda values: Base64(np.ascontiguousarray(values, np.uint8).data)
     if cbor and field.type in _TYPED_ARRAYS:
-        tag, layout = _TYPED_ARRAYS[field.type]
-        return lambda values: cbor2.CBORTag(tag, np.asarray(values).astype(layout).tobytes())
+        tag, little = _TYPED_ARRAYS[field.type], np.dtype(layout(field.type)).newbyteorder("<")
+        return lambda values: cbor2.CBORTag(tag, np.asarray(values).astype(little).tobytes())
     one = _single_writer(field.type, cbor)
     if one is None:
         return lambda values: values.tolist() if isinstance(values, np.ndarray) else list(values)

@@ -25,6 +25,7 @@ from vrx_mj.ros.messages import (
     Message,
     definition,
     fields,
+    full_name,
     known_type,
     known_types,
     new,
@@ -90,8 +91,7 @@ def _typedefs(type_name: str) -> list[dict[str, object]]:
 
 def _typedef(name: str) -> dict[str, object]:
     parts = fields(name).values()
-    package, _, short = name.rpartition("/")
-    constants = typestore().fielddefs[f"{package}/msg/{short}"][0]
+    constants = typestore().fielddefs[full_name(name)][0]
     return {
         "fieldnames": [field.name for field in parts],
         "fieldtypes": [ros1_name(field.type) if "/" in field.type else field.type for field in parts],
@@ -247,26 +247,22 @@ class Rosapi:
         graph = self._graph
         if graph.remote_master is not None:
             return await graph.remote_master(method, values)
-        answers: Mapping[str, Callable[..., object]] = {
+        calls: Mapping[str, Callable[..., object]] = {
             "getParamNames": graph.parameters.names,
             "getParam": graph.parameters.get,
             "hasParam": graph.parameters.has,
             "searchParam": partial(graph.parameters.search, graph.node),
-        }
-        changes: Mapping[str, Callable[..., None]] = {
             "setParam": partial(graph.set_parameter, setter=""),
             "deleteParam": graph.delete_parameter,
         }
         try:
-            if method in answers:
-                return answers[method](*values)
-            changes[method](*values)
+            found = calls[method](*values)
         except KeyError:
             return None
-        return True
+        return method in {"setParam", "deleteParam"} or found
 
     def _holders(self, kind: str, name: str) -> list[str]:
-        nodes = {node for node, _ in self._graph.registrations.holders(kind, name)}
+        nodes = self._graph.registrations.holders(kind, name)
         return sorted(nodes, key=lambda node: (node != self._graph.node, node))
 
     def _node(self, service: str) -> str:

@@ -23,7 +23,7 @@ from vrx_mj.ros.graph import Graph
 from vrx_mj.ros.interface import Traffic
 from vrx_mj.ros.limits import ConnectionLimit, Counts, Frame, Intake, Outbox, Pace, Place, pieces
 from vrx_mj.ros.messages import known_type, ros1_name
-from vrx_mj.ros.network import Names, Notices, Origins, checked_origins, host_of, is_address, refusal
+from vrx_mj.ros.network import Names, Notices, Origins, checked_origins, end_tasks, host_of, is_address, refusal
 from vrx_mj.ros.rosbridge.codec import (
     MOST_INCOMING,
     Operation,
@@ -213,16 +213,15 @@ class Client:
             pass
         finally:
             del self._hub.clients[self.number]
-            writing.cancel()
-            await asyncio.gather(writing, return_exceptions=True)
+            await end_tasks([writing])
             self._forget()
 
     def send(self, message: Mapping[str, object], options: Options = Options()) -> None:  # noqa: B008  # it is frozen
         """Send an operation other than a topic's message; a client that does not read them is disconnected."""
-        frames, binary = reply_frames(message, options.compression, options.fragment_size)
+        frames = reply_frames(message, options)
         size = sum(map(len, itertools.chain.from_iterable(frames)))
         if self._answers.has_room(size):
-            self._answers.push((lambda: frames, binary), size)
+            self._answers.push((lambda: frames, options.is_binary), size)
         else:
             self._hub.report_once(
                 self._place.host, "slow", f"{self.sender} did not read its replies, and was disconnected"

@@ -85,8 +85,8 @@ class Subscription:
         """Send a message whatever the throttle."""
         self._last = now
         chosen = self._options
-        make = functools.partial(parcel.frames, self.topic, chosen.compression, chosen.fragment_size)
-        self._outbox.push((make, chosen.compression.startswith("cbor")), parcel.weight, self, chosen.queue)
+        make = functools.partial(parcel.frames, self.topic, chosen)
+        self._outbox.push((make, chosen.is_binary), parcel.weight, self, chosen.queue)
 
     def _wait(self) -> None:
         self._timer = asyncio.get_running_loop().call_at(self._last + self._options.throttle, self._due)
@@ -259,8 +259,8 @@ class Services:
         """Who offers a service, for people."""
         if name in self.offered:
             return self.offered[name].client.sender
-        nodes = [node for node, _ in self._graph.registrations.holders("service", name)]
-        return nodes[0] if nodes and nodes[0] != self._graph.node else "the simulation"
+        node = next(iter(self._graph.registrations.holders("service", name)), self._graph.node)
+        return node if node != self._graph.node else "the simulation"
 
     def call(
         self, name: str, written: str, caller: Caller, arguments: object, identity: str | None, options: Options,
@@ -321,7 +321,7 @@ class Services:
 
     def _begin(self, work: Coroutine[object, None, None], caller: Caller | None = None) -> None:
         """Do what waits for an answer."""
-        task: asyncio.Task[None] = asyncio.get_running_loop().create_task(work)
+        task: asyncio.Task[None] = asyncio.create_task(work)
         self._tasks[task] = caller
         task.add_done_callback(self._tasks.pop)
 

@@ -1,28 +1,19 @@
 """All that a simulation offers, whatever the network: VRX's topics and services with their types and rates."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
 from types import MappingProxyType
 from typing import get_args
 
-from vrx_mj.ros.interface import Dialect, Input, RosInterface
+from vrx_mj.ros.interface import Dialect, Entry, Input, Output, RosInterface, Service
 from vrx_mj.ros.messages import Message
 from vrx_mj.ros.table.boats import BoatFrames, Localization, boat_inputs
-from vrx_mj.ros.table.gazebo import gazebo_inputs, gazebo_outputs, gazebo_services, gz_services
+from vrx_mj.ros.table.gazebo import gazebo_topics, gz_services
 from vrx_mj.ros.table.host import Host
-from vrx_mj.ros.table.sensing import sensor_inputs, sensor_outputs, sensor_services
+from vrx_mj.ros.table.sensing import sensor_services, sensor_topics
 from vrx_mj.ros.table.viewers import marker_output
-from vrx_mj.ros.table.world import (
-    CLOCK,
-    elsewhere,
-    task_inputs,
-    task_outputs,
-    task_services,
-    world_inputs,
-    world_outputs,
-    world_services,
-)
+from vrx_mj.ros.table.world import CLOCK, elsewhere, task_topics, world_topics
 
 __all__ = ["CLOCK", "make_tables"]
 
@@ -41,33 +32,20 @@ def make_tables(
     boats = host.sim.boats
     located = {boat: one.frames for boat, one in localized.items()}
     boat_frames = [BoatFrames(host, boat, located.get(boat, list)) for boat in boats]
-    outputs = [
-        *world_outputs(host, boat_frames, clock_rate, waits=waits),
+    entries: Sequence[Entry] = [
+        *world_topics(host, boat_frames, clock_rate, waits=waits),
         marker_output(host),
-        *gazebo_outputs(host),
-        *task_outputs(host),
+        *gazebo_topics(host),
+        *gz_services(host),
+        *task_topics(host),
+        *sensor_services(host),
         *chain.from_iterable(own.outputs() for own in boat_frames),
-        *chain.from_iterable(sensor_outputs(host, boat) for boat in boats),
-        *chain.from_iterable(one.outputs() for one in localized.values()),
+        *chain.from_iterable(chain(boat_inputs(host, boat), sensor_topics(host, boat)) for boat in boats),
+        *chain.from_iterable(one.topics() for one in localized.values()),
         *chain.from_iterable(map(host.further, boats)),
     ]
-    inputs = [
-        *world_inputs(host),
-        *gazebo_inputs(host),
-        *task_inputs(host),
-        *chain.from_iterable(chain(boat_inputs(host, boat), sensor_inputs(host, boat)) for boat in boats),
-    ]
-    services = [
-        *chain(world_services(host), gazebo_services(host), gz_services(host)),
-        *chain(task_services(host), sensor_services(host), *(one.services() for one in localized.values())),
-    ]
     tables: dict[Dialect, RosInterface] = {
-        dialect: RosInterface(
-            {output.name: output for output in outputs if dialect in output.dialects},
-            _by_name(entry for entry in inputs if dialect in entry.dialects),
-            {service.name: service for service in services if dialect in service.dialects},
-            elsewhere=elsewhere(host),
-        )
+        dialect: _table([entry for entry in entries if dialect in entry.dialects], elsewhere(host))
         for dialect in get_args(Dialect)
     }
     descriptions = {f"/{own.boat}/robot_description": own.description for own in boat_frames}
@@ -75,13 +53,16 @@ def make_tables(
     return tables | {"vrx": replace(tables["vrx"], parameters=parameters)}
 
 
-def _by_name(inputs: Iterable[Input]) -> dict[str, Input]:
-    """Topics by name: what comes on one that several listen to is taken by all."""
-    found: dict[str, Input] = {}
-    for entry in inputs:
-        known = found.get(entry.name)
-        found[entry.name] = entry if known is None else replace(known, take=_both(known, entry))
-    return found
+def _table(entries: Sequence[Entry], elsewhere: Mapping[str, str]) -> RosInterface:
+    """Topics and services by name: what comes on a topic that several listen to is taken by all."""
+    outputs = {entry.name: entry for entry in entries if isinstance(entry, Output)}
+    services = {entry.name: entry for entry in entries if isinstance(entry, Service)}
+    inputs: dict[str, Input] = {}
+    for entry in entries:
+        if isinstance(entry, Input):
+            known = inputs.get(entry.name)
+            inputs[entry.name] = entry if known is None else replace(known, take=_both(known, entry))
+    return RosInterface(outputs, inputs, services, elsewhere=elsewhere)
 
 
 def _both(one: Input, other: Input) -> Callable[[Message], None]:

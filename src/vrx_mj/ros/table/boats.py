@@ -22,7 +22,7 @@ from vrx_mj.mjcf.build import boat_urdf
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Thruster
 from vrx_mj.physics.tables import BLADES
-from vrx_mj.ros.interface import BOTH, VRX, VRX3, Input, Output, Service
+from vrx_mj.ros.interface import BOTH, VRX, VRX3, Entry, Input, Output, Service
 from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.parameters import command_topic
 from vrx_mj.ros.table.host import Host, header
@@ -106,7 +106,7 @@ def _cmd_vel(host: Host, boat: str, name: str, thrusters: Sequence[Input]) -> In
                 f"invalid cmd_vel of {boat}, linear.x {ahead}, angular.z {around}: finite numbers are needed"
             )
         if host.cmd_vel == "velocity":
-            host.steer(boat, ahead, around)
+            host.steering.steer_boat(boat, ahead, around)
         else:
             host.command(boat, twist_commands(host, boat, ahead, around))
 
@@ -214,16 +214,6 @@ class Spin(NamedTuple):
         return Spin(math.remainder(self.angle + rate * time, math.tau), rate, torque)
 
 
-class ThrusterJoints(NamedTuple):
-    """What of a thruster moves, where its description has it."""
-
-    name: str
-    engine: BoatJoint | None
-    """Steers."""
-    shaft: BoatJoint | None
-    """Turns the propeller."""
-
-
 class BoatFrames:
     """The frames of a boat; a boat whose description is not here has those of its sensors and engines."""
 
@@ -321,15 +311,15 @@ class BoatFrames:
         return described or [joint for row in self._rows for joint in _engine_joints(row, self.boat)]
 
     @cached_property
-    def _thruster_joints(self) -> Sequence[ThrusterJoints]:
-        """The joints that are where the thrusters are."""
+    def _thruster_joints(self) -> Sequence[tuple[BoatJoint, str, bool]]:
+        """The joints where the thrusters are: whose, and whether it steers, or turns the propeller."""
         moving = [joint for joint in self._joints if joint.moves]
-        return [_joints_of(row, moving) for row in self._rows]
+        return [joint for row in self._rows for joint in _joints_of(row, moving)]
 
     @cached_property
     def _moving(self) -> Sequence[str]:
         """Frames of engines and propellers."""
-        return [joint.child for _, engine, shaft in self._thruster_joints for joint in (engine, shaft) if joint]
+        return [joint.child for joint, _, _ in self._thruster_joints]
 
     @cached_property
     def _drives(self) -> Mapping[str, Propeller]:
@@ -338,12 +328,7 @@ class BoatFrames:
     def _turned_joints(self) -> list[tuple[BoatJoint, Spin]]:
         """Joints of engines as they are steered, and of propellers as they turn."""
         spins, angles = self._spun(), self._host.sim.steering(self.boat)
-        return [
-            (joint, Spin(angles[name]) if joint is engine else spins[name])
-            for name, engine, shaft in self._thruster_joints
-            for joint in (engine, shaft)
-            if joint
-        ]
+        return [(joint, Spin(angles[name]) if steers else spins[name]) for joint, name, steers in self._thruster_joints]
 
     def _spun(self) -> Mapping[str, Spin]:
         """How the propellers turn now."""
@@ -358,10 +343,10 @@ class BoatFrames:
         return self._spins
 
 
-def _joints_of(row: Thruster, moving: Sequence[BoatJoint]) -> ThrusterJoints:
+def _joints_of(row: Thruster, moving: Sequence[BoatJoint]) -> Iterator[tuple[BoatJoint, str, bool]]:
     shaft = None if row.mapping in BLADES else _at(_propeller(row), moving[::-1])  # the outermost that is there
     engine = _at(np.array(row.position), [joint for joint in moving if joint is not shaft])
-    return ThrusterJoints(row.name, engine, shaft)
+    return ((joint, row.name, joint is engine) for joint in (engine, shaft) if joint)
 
 
 def _at(place: FloatArray, moving: Sequence[BoatJoint]) -> BoatJoint | None:
@@ -451,18 +436,17 @@ class Localization:
             transform(time, odom, f"{self._boat}/{BASE}", place, turn),
         ]
 
-    def outputs(self) -> Iterator[Output]:
-        """Where it is, by all and by the fix alone, and the first as a fix."""
+    def topics(self) -> Iterator[Entry]:
+        """Where it is, by all and by the fix alone, the first as a fix, and `fromLL`, `toLL` and `datum`.
+
+        The services are without a namespace, too, where there is one boat.
+        """
         output = partial(Output, rate=_ODOMETRY_RATE, dialects=BOTH, recorded="nowhere")
         yield output(f"{self._stem}/odometry/filtered", _ODOMETRY, self._filtered_odometry)
-        if self._earth is not None:
-            yield output(f"{self._stem}/odometry/gps", _ODOMETRY, self._by_gps)
-            yield output(f"{self._stem}/gps/filtered", "sensor_msgs/NavSatFix", self._as_fix)
-
-    def services(self) -> Iterator[Service]:
-        """`fromLL`, `toLL` and `datum`, without a namespace, too, where there is one boat."""
         if self._earth is None:
             return
+        yield output(f"{self._stem}/odometry/gps", _ODOMETRY, self._by_gps)
+        yield output(f"{self._stem}/gps/filtered", "sensor_msgs/NavSatFix", self._as_fix)
         service = partial(Service, dialects=BOTH)
         for stem in (self._stem, "")[: 2 if len(self._host.sim.boats) == 1 else 1]:
             yield service(
@@ -528,7 +512,7 @@ class Localization:
         apart, self._origin = math.dist(self._origin, place), place
         if apart > 0.0:
             what = f"{self._boat}/odom moves by {apart:.4g} m in map, to the given datum"
-            self._host.warn_once(f"datum of {self._boat}", f"{what}: everything in this frame jumps")
+            self._host.diagnosis.once(f"datum of {self._boat}", f"{what}: everything in this frame jumps")
 
     def _place(self, point: Message) -> FloatArray:
         """Place of a geographic_msgs/GeoPoint in `map`, (3,) [m]."""

@@ -13,7 +13,7 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, VrxError
 from vrx_mj.frames import Pose, angles, conjugate, quaternion_product, rotation, rotation_matrix
-from vrx_mj.ros.interface import VRX3, Input, Output, Service
+from vrx_mj.ros.interface import VRX3, Entry, Input, Output, Service
 from vrx_mj.ros.messages import Message, fields, kind, new
 from vrx_mj.ros.table.boats import UNTURNED
 from vrx_mj.ros.table.host import Host, JointAxis, Placed, header, pose_message, twist_message
@@ -27,17 +27,12 @@ _METRICS_RATE = 5.0
 """Rate of metrics [Hz]: Gazebo's."""
 
 
-def gazebo_outputs(host: Host) -> Iterator[Output]:
-    """`model_states`, `link_states` and `performance_metrics`."""
-
-    def models() -> Message:
-        return _states("gazebo_msgs/ModelStates", dict(host.bodies.all_models()))
-
-    def links() -> Message:
-        return _states("gazebo_msgs/LinkStates", dict(host.bodies.all_links()))
-
-    yield Output("/gazebo/model_states", "gazebo_msgs/ModelStates", models, _STATE_RATE, recorded="rows")
-    yield Output("/gazebo/link_states", "gazebo_msgs/LinkStates", links, _STATE_RATE, recorded="rows")
+def gazebo_topics(host: Host) -> Iterator[Entry]:
+    """Topics of Gazebo, and the services that the tutorials and common scripts call."""
+    for what, links in (("Model", False), ("Link", True)):
+        kind = f"gazebo_msgs/{what}States"
+        make = partial(_states, host, kind, links)
+        yield Output(f"/gazebo/{what.lower()}_states", kind, make, _STATE_RATE, recorded="rows")
     yield Output(
         "/gazebo/performance_metrics",
         "gazebo_msgs/PerformanceMetrics",
@@ -45,16 +40,8 @@ def gazebo_outputs(host: Host) -> Iterator[Output]:
         _METRICS_RATE,
         recorded="nowhere",
     )
-
-
-def gazebo_inputs(host: Host) -> Iterator[Input]:
-    """`set_model_state` and `set_link_state`."""
     yield Input("/gazebo/set_model_state", "gazebo_msgs/ModelState", lambda state: _set_model(host, state))
     yield Input("/gazebo/set_link_state", "gazebo_msgs/LinkState", lambda state: _set_link(host, state))
-
-
-def gazebo_services(host: Host) -> Iterator[Service]:
-    """Gazebo's services that the tutorials and common scripts call."""
     for name, type_name, do in _SERVICES:
         reports = "success" in fields(f"{type_name}Response")
         yield Service(f"/gazebo/{name}", type_name, partial(do, host), reports)
@@ -96,9 +83,10 @@ def _entity(asked: Message) -> str:
     return str(asked.entity.name.replace("::", "/"))
 
 
-def _states(kind: str, placed: Mapping[str, Placed]) -> Message:
-    poses, twists = [pose_message(one) for one in placed.values()], [twist_message(one) for one in placed.values()]
-    return new(kind, name=list(placed), pose=poses, twist=twists)
+def _states(host: Host, kind: str, links: bool) -> Message:
+    found = host.bodies.places(links=links)
+    poses, twists = [pose_message(one) for one in found.values()], [twist_message(one) for one in found.values()]
+    return new(kind, name=list(found), pose=poses, twist=twists)
 
 
 def _metrics(host: Host) -> Message:

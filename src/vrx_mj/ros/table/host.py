@@ -13,8 +13,10 @@ from vrx_mj.errors import CommandError, UnknownNameError, VrxError
 from vrx_mj.frames import rotation_vector
 from vrx_mj.mjcf.objects import DEPTH, ball_names
 from vrx_mj.model.world import Parameters
+from vrx_mj.ros.diagnosis import Diagnosis
 from vrx_mj.ros.interface import Input, Output
 from vrx_mj.ros.messages import Message, kind, new, stamp
+from vrx_mj.ros.steering import Steering
 from vrx_mj.runtime.applied import AppliedForces
 from vrx_mj.runtime.observation import BoatObservation, Observation
 from vrx_mj.runtime.simulation import Simulation
@@ -133,20 +135,14 @@ class Bodies:
         check_name("link", link, self._links)
         return str(self._sim.model.body(self._links[link]).name)
 
-    def all_models(self) -> Iterator[tuple[str, Placed]]:
-        """Every model and where it is, boats last; balls that were not fired are none."""
-        return self._places_of(self._models)
-
-    def all_links(self) -> Iterator[tuple[str, Placed]]:
-        """Every link and where it is."""
-        return self._places_of(self._links)
-
-    def _places_of(self, bodies: Mapping[str, int]) -> Iterator[tuple[str, Placed]]:
-        """Where bodies are, but for balls that were not fired."""
+    def places(self, *, links: bool) -> dict[str, Placed]:
+        """Where every link is, or every model, boats last; balls that were not fired are none."""
         self._refresh()
-        for name, index in bodies.items():
-            if index not in self._balls or float(self._data.xpos[index, 2]) > -0.5 * DEPTH:
-                yield name, self._place_of(index)
+        return {
+            name: self._place_of(index)
+            for name, index in (self._links if links else self._models).items()
+            if index not in self._balls or float(self._data.xpos[index, 2]) > -0.5 * DEPTH
+        }
 
     @property
     def joints(self) -> Sequence[str]:
@@ -343,6 +339,8 @@ class Host(Protocol):
     bodies: Bodies
     scenery: Scenery
     applied: AppliedForces
+    steering: Steering
+    diagnosis: Diagnosis
     further: BoatOutputs
     """Gives topics of a boat that not every host has."""
     update_rate: float
@@ -367,9 +365,6 @@ class Host(Protocol):
     def description(self, boat: str) -> str:
         """A boat's URDF; a VrxError where the files that it was made of are not here."""
 
-    def warn_once(self, key: str, text: str) -> None:
-        """Report a line, once for a key."""
-
     def is_published(self, thrusters: Sequence[Input], cmd_vel: str) -> bool:
         """Whether somebody publishes one of a boat's thrusters' topics; told once, as its `cmd_vel` is left alone."""
 
@@ -378,12 +373,6 @@ class Host(Protocol):
 
     def push(self, boat: str, thruster: str, force: float) -> None:
         """Have a thruster push with a force [N] until its next command, as VRX 3's do."""
-
-    def steer(self, boat: str, surge: float, turn: float) -> None:
-        """Have a boat keep a speed ahead [m/s] and a turning rate [rad/s], for a second."""
-
-    def form(self, text: str) -> None:
-        """Have the fleet keep a formation, or go to another one."""
 
     def spawn(self, name: str, urdf: str, pose: Sequence[float]) -> None:
         """Put a boat of this URDF into the world, at (x, y, z, roll, pitch, yaw) [m, rad, ENU]."""

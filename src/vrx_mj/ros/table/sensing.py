@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import LidarConfig
-from vrx_mj.frames import rotation_matrix
-from vrx_mj.ros.interface import VRX, VRX3, Input, Output, Service, with_vrx3
+from vrx_mj.frames import quaternion, rotation_matrix
+from vrx_mj.ros.interface import VRX, VRX3, Entry, Input, Output, Service, with_vrx3
 from vrx_mj.ros.messages import Message, fields, new, stamp
 from vrx_mj.ros.table.host import Host, header, odometry
 from vrx_mj.runtime.mounted import Mounted
@@ -95,17 +95,15 @@ class SensorTopics:
     """Stem of its topics in VRX 3; `{}` is the sensor's name. Without it a second sensor's stem ends in its name."""
     made: tuple[SensorTopic, ...] = ()
     """Topics made of readings."""
-    outputs: Callable[[Host, Mounted, Stems], Iterator[Output]] = lambda _host, _sensor, _stems: iter(())
-    """Further topics that are published."""
-    inputs: Callable[[Host, Mounted, Stems], Iterator[Input]] = lambda _host, _sensor, _stems: iter(())
-    """Topics that are subscribed to; those of one name are one topic, which all of them take."""
+    more: Callable[[Host, Mounted, Stems], Iterator[Entry]] = lambda _host, _sensor, _stems: iter(())
+    """Further topics; those that are subscribed to and have one name are one topic, which all of them take."""
 
     def of(self, config: Any) -> tuple[SensorTopic, ...]:
         """Topics made of the readings of a sensor with a configuration."""
         return tuple(topic for topic in self.made if topic.asked(config))
 
 
-def sensor_outputs(host: Host, boat: str) -> Iterator[Output]:
+def sensor_topics(host: Host, boat: str) -> Iterator[Entry]:
     """The topics of a boat's sensors; a GPS has none in a world without a georeference, as in Gazebo."""
     for sensor, stems in _stems(host, boat):
         config, topics = sensor.config, TOPICS[sensor.config.type]
@@ -116,13 +114,7 @@ def sensor_outputs(host: Host, boat: str) -> Iterator[Output]:
             output = Output(stems.vrx + topic.tail, topic.type, make, config.rate, (boat, sensor.name))
             tails = (topic.tail,) if topic.vrx3 is None else topic.vrx3
             yield from with_vrx3(output, *(stems.vrx3 + tail for tail in tails))
-        yield from topics.outputs(host, sensor, stems)
-
-
-def sensor_inputs(host: Host, boat: str) -> Iterator[Input]:
-    """The topics that a boat's sensors subscribe to."""
-    for sensor, stems in _stems(host, boat):
-        yield from TOPICS[sensor.config.type].inputs(host, sensor, stems)
+        yield from topics.more(host, sensor, stems)
 
 
 def sensor_services(host: Host) -> Iterator[Service]:
@@ -214,9 +206,6 @@ def _frames_and_infos(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Out
     link, rate, key = f"{sensor.boat}/{sensor.config.link}", sensor.config.rate, (sensor.boat, sensor.name)
     info = asdict(intrinsics(sensor.config))
 
-    def make(time: float, frame: str) -> Message:
-        return new("sensor_msgs/CameraInfo", header=header(time, frame), **info)
-
     def in_link(reading: Reading) -> Message:
         return _image(replace(reading, frame=link))
 
@@ -228,7 +217,8 @@ def _frames_and_infos(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Out
     ):
 
         def camera_info(reading: Reading | None = None, frame: str = frame) -> Message:
-            return make(host.sim.time if reading is None else reading.time, frame)
+            time = host.sim.time if reading is None else reading.time
+            return new("sensor_msgs/CameraInfo", header=header(time, frame), **info)
 
         yield Output(name, "sensor_msgs/CameraInfo", camera_info, rate, key, camera_info, dialects=dialects)
 
@@ -331,11 +321,11 @@ def _apparent_wind(reading: Reading) -> Message:
 def _compass(reading: Reading) -> Message:
     """sensor_msgs/Imu as drivers of dual-antenna receivers publish it: yaw only, no accelerations."""
     data: Heading = reading.data
-    yaw, unknown = 0.5 * data.heading, _UNKNOWN_VARIANCE
+    unknown = _UNKNOWN_VARIANCE
     return new(
         "sensor_msgs/Imu",
         header=_head(reading),
-        orientation=(math.cos(yaw), 0.0, 0.0, math.sin(yaw)),
+        orientation=quaternion(0.0, 0.0, data.heading),
         orientation_covariance=covariance(unknown, unknown, data.heading_variance),
         angular_velocity=(0.0, 0.0, data.rate_of_turn),
         angular_velocity_covariance=covariance(unknown, unknown, data.rate_of_turn_variance),
@@ -368,13 +358,7 @@ def _odometry(child: str, variance: float, own_axes: bool, reading: Reading) -> 
 def _signal(reading: Reading) -> Message:
     """VRX's blue arrow from the boat toward where the beacon sounds from."""
     sound: Sound = reading.data
-    yaw, pitch = 0.5 * sound.bearing, -0.5 * sound.elevation
-    turn = (
-        math.cos(yaw) * math.cos(pitch),
-        -math.sin(yaw) * math.sin(pitch),
-        math.cos(yaw) * math.sin(pitch),
-        math.sin(yaw) * math.cos(pitch),
-    )
+    turn = quaternion(0.0, -sound.elevation, sound.bearing)
     return new(
         "visualization_msgs/Marker",
         header=_head(reading),
@@ -385,8 +369,8 @@ def _signal(reading: Reading) -> Message:
     )
 
 
-def _markers(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]:
-    """VRX's arrow, and its red ball where the beacon really is."""
+def _pinger(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Entry]:
+    """VRX's arrow, its red ball where the beacon really is, and what places it: VRX 3 has one topic for all boats."""
 
     def ball() -> Message:
         return new(
@@ -399,17 +383,12 @@ def _markers(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]:
             color={"r": 1.0, "a": 1.0},
         )
 
-    marker, key = "visualization_msgs/Marker", (sensor.boat, sensor.name)
-    yield Output(f"{stems.vrx}/marker/signal", marker, _signal, sensor.config.rate, key)
-    yield Output(f"{stems.vrx}/marker/ground_truth", marker, ball, 1.0 / _MARKER_PERIOD, latched=True)
-
-
-def _place_beacon(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Input]:
-    """VRX 3 has one topic that places the beacons of all boats."""
-
     def place(message: Message) -> None:
         host.sim.set_pinger(sensor.boat, sensor.name, (message.x, message.y, message.z))
 
+    marker, key = "visualization_msgs/Marker", (sensor.boat, sensor.name)
+    yield Output(f"{stems.vrx}/marker/signal", marker, _signal, sensor.config.rate, key)
+    yield Output(f"{stems.vrx}/marker/ground_truth", marker, ball, 1.0 / _MARKER_PERIOD, latched=True)
     yield Input(f"{stems.vrx}/set_pinger_position", "geometry_msgs/Vector3", place, sensor.boat)
     yield Input("/pinger/set_pinger_position", "geometry_msgs/Vector3", place, dialects=VRX3)
 
@@ -455,14 +434,13 @@ TOPICS: Mapping[str, SensorTopics] = {
         ),
     ),
     "imu": SensorTopics("sensors/imu/imu", (SensorTopic("/data", "sensor_msgs/Imu"),)),
-    "p3d": SensorTopics("sensors/position/ground_truth_odometry", outputs=_odometries),
+    "p3d": SensorTopics("sensors/position/ground_truth_odometry", more=_odometries),
     "pinger": SensorTopics(
         "sensors/acoustics/receiver",
         (SensorTopic("/range_bearing", "usv_msgs/RangeBearing"),),
-        _markers,
-        _place_beacon,
+        _pinger,
     ),
-    "ball_shooter": SensorTopics("shooters/ball_shooter", inputs=_fire),
+    "ball_shooter": SensorTopics("shooters/ball_shooter", more=_fire),
     "anemometer": SensorTopics(
         "sensors/{}",
         (SensorTopic("/apparent_wind", _VECTOR, _apparent_wind),),

@@ -18,7 +18,7 @@ from vrx_mj.errors import CommandError
 from vrx_mj.model.tasks import Wildlife
 from vrx_mj.ros import messages
 from vrx_mj.ros.cdr import kind
-from vrx_mj.ros.interface import BOTH, VRX, VRX3, Input, Output, Service, in_vrx3, parameters, with_vrx3
+from vrx_mj.ros.interface import BOTH, VRX, VRX3, Entry, Input, Output, Service, in_vrx3, parameters, with_vrx3
 from vrx_mj.ros.messages import Message, duration, fields, new, stamp
 from vrx_mj.ros.table.boats import UNTURNED, WORLD_FRAME, BoatFrames, transform
 from vrx_mj.ros.table.host import Host, collision_name, header
@@ -102,10 +102,11 @@ def _ground(host: Host) -> _Row:
     return {"cmd_vel": host.cmd_vel, **host.scenery.ground}
 
 
-def world_outputs(host: Host, boat_frames: Sequence[BoatFrames], clock_rate: float, *, waits: bool) -> Iterator[Output]:
-    """`/clock`, `/tf`, `/tf_static`, `/vrx_mj/world`, and VRX's wind.
+def world_topics(host: Host, boat_frames: Sequence[BoatFrames], clock_rate: float, *, waits: bool) -> Iterator[Entry]:
+    """`/clock`, `/tf`, `/tf_static`, `/vrx_mj/world`, VRX's wind, what shuffles, the formation, and `/vrx_mj/step`.
 
-    VRX_DEBUG=false in the environment silences the wind and VRX 3's contacts.
+    VRX_DEBUG=false in the environment silences the wind and VRX 3's contacts. `/vrx_mj/step` advances, also where
+    time is paused.
     """
 
     def clock() -> Message:
@@ -124,6 +125,10 @@ def world_outputs(host: Host, boat_frames: Sequence[BoatFrames], clock_rate: flo
         more = [frame for one in boat_frames for frame in one.prefixed_frames()]
         return new("tf2_msgs/TFMessage", transforms=[*still().transforms, *more])
 
+    def step(request: Message) -> dict[str, object]:
+        host.step(request.duration)
+        return {"sim_time": host.sim.time, "success": True}
+
     rows = partial(Output, dialects=BOTH, recorded="rows")
     yield rows(CLOCK, "rosgraph_msgs/Clock", clock, clock_rate, latched=waits)
     yield rows("/tf", "tf2_msgs/TFMessage", moving, _TF_RATE)
@@ -134,6 +139,8 @@ def world_outputs(host: Host, boat_frames: Sequence[BoatFrames], clock_rate: flo
         yield from _wind(host)
         make = partial(_contacts, host)
         yield Output("/vrx/contacts", "ros_gz_interfaces/Contacts", make, _CONTACT_RATE, dialects=VRX3)
+    yield from world_inputs(host)
+    yield Service("/vrx_mj/step", "vrx_mj_msgs/Step", step)
 
 
 def _wind(host: Host) -> Iterator[Output]:
@@ -182,42 +189,22 @@ def world_inputs(host: Host) -> Iterator[Input]:
 
         yield Input(f"/vrx/{name.rpartition('/')[2]}/shuffle", "std_msgs/Empty", shuffle)
     if len(host.sim.boats) > 1:
-        yield Input("/swarm/formation", "std_msgs/String", lambda message: host.form(message.data), None, BOTH)
+        yield Input("/swarm/formation", "std_msgs/String", lambda message: host.steering.form(message.data), None, BOTH)
 
 
-def world_services(host: Host) -> Iterator[Service]:
-    """`/vrx_mj/step`: advance, whether paused or not."""
-
-    def step(request: Message) -> dict[str, object]:
-        host.step(request.duration)
-        return {"sim_time": host.sim.time, "success": True}
-
-    yield Service("/vrx_mj/step", "vrx_mj_msgs/Step", step)
-
-
-def task_outputs(host: Host) -> Iterator[Output]:
-    """Topics that the world's task publishes; nothing without a task."""
+def task_topics(host: Host) -> Iterator[Entry]:
+    """Topics and services of the world's task; nothing without a task."""
     task = host.sim.task
     if task is None:
         return
     yield Output(TASK_INFO, _INFO_TYPE, lambda: _info(_task(host)), _TASK_RATE)
     yield Output(TASK_INFO, "ros_gz_interfaces/ParamVec", lambda: _info_parameters(host), _TASK_RATE, dialects=VRX3)
     yield from _task_contacts(host, "/vrx")
-    yield from _outputs(host, task["type"])
+    yield from topics_of(host, task["type"])
 
 
-def task_inputs(host: Host) -> Iterator[Input]:
-    """Topics that the world's task subscribes to."""
-    return _of_task(host).inputs(host)
-
-
-def task_services(host: Host) -> Iterator[Service]:
-    """Services of the world's task."""
-    return _of_task(host).services(host)
-
-
-def _outputs(host: Host, kind: str) -> Iterator[Output]:
-    """Topics of a type of task: its outputs, under its stems, and what else VRX has."""
+def topics_of(host: Host, kind: str) -> Iterator[Entry]:
+    """All topics and services of a type of task, besides the info and the contacts that all have."""
     topics = MORE_TOPICS.get(kind, MoreTopics())
     stem, vrx3_stem = topics.stem or f"/vrx/{kind}", topics.vrx3_stem or topics.stem or f"/vrx/{kind}"
     for key, form in TASK_KINDS[kind].outputs.items():
@@ -228,7 +215,7 @@ def _outputs(host: Host, kind: str) -> Iterator[Output]:
             output = Output(f"{stem}/{key}", form_type, make, rate, latched=not rate)
             yield output
             yield replace(in_vrx3(output, f"{vrx3_stem}/{key}"), rate=_TASK_RATE)  # subscriptions there are volatile
-    yield from topics.outputs(host)
+    yield from topics.more(host)
 
 
 def _output(host: Host, key: str, convert: Callable[[Any, float], Message]) -> Message | None:
@@ -256,49 +243,39 @@ def _animal_poses(host: Host) -> Iterator[Output]:
         yield in_vrx3(pose, f"/vrx/wildlife/animal{index}/pose")
 
 
-def _placard_symbol(host: Host) -> Iterator[Output]:
-    make = partial(_output, host, "symbol", _FORMS["text"][1])
-    yield Output("/vrx/scan_dock/placard_symbol", "std_msgs/String", make, latched=True)
-
-
 def _landmark(host: Host) -> Iterator[Input]:
-    def send(name: str, latitude: float, longitude: float) -> None:
-        host.sim.send("landmark", {"type": name, "latitude": latitude, "longitude": longitude})
+    """What was recognized, and where: latitude and longitude [degrees] are x and y in VRX 3."""
+    for type_name, axes, dialects in (
+        ("geographic_msgs/GeoPoseStamped", ("latitude", "longitude"), VRX),
+        ("geometry_msgs/PoseStamped", ("x", "y"), VRX3),
+    ):
 
-    def landmark(message: Message) -> None:
-        place = message.pose.position
-        send(message.header.frame_id, place.latitude, place.longitude)
+        def take(message: Message, axes: tuple[str, str] = axes) -> None:
+            latitude, longitude = (getattr(message.pose.position, axis) for axis in axes)
+            found = {"type": message.header.frame_id, "latitude": latitude, "longitude": longitude}
+            host.sim.send("landmark", found)
 
-    def vrx3_landmark(message: Message) -> None:
-        """Latitude and longitude [degrees] are its x and y."""
-        place = message.pose.position
-        send(message.header.frame_id, place.x, place.y)
-
-    yield Input("/vrx/perception/landmark", "geographic_msgs/GeoPoseStamped", landmark)
-    yield Input("/vrx/perception/landmark", "geometry_msgs/PoseStamped", vrx3_landmark, dialects=VRX3)
+        yield Input("/vrx/perception/landmark", type_name, take, dialects=dialects)
 
 
-def _color_sequence(host: Host) -> Iterator[Service]:
-    """The colours of the light buoy, by the names of 2019 and of 2022."""
+def _docking(host: Host) -> Iterator[Entry]:
+    """The symbol of the placard, and the colours of the light buoy: a service of 2019 and of 2022, a topic of VRX 3."""
 
-    def colors(request: Message) -> dict[str, object]:
+    def serve(request: Message) -> dict[str, object]:
         return {"success": _sent_colors(host, [request.color1, request.color2, request.color3])}
 
-    for name in ("/vrx/scan_dock/color_sequence", _COLOR_SEQUENCE):
-        yield Service(name, "vrx_gazebo/ColorSequence", colors)
-
-
-def _vrx3_color_sequence(host: Host) -> Iterator[Input]:
-    """The colours of the light buoy as a topic."""
-
-    def colors(message: Message) -> None:
+    def take(message: Message) -> None:
         names = list(message.data)
         if len(names) != _COLOR_COUNT:
             raise CommandError(f"{len(names)} colours: {_COLOR_COUNT} are needed, as in ['red', 'green', 'blue']")
         if not _sent_colors(host, names):
             raise CommandError("a sequence of colours is accepted only once, while the task runs")
 
-    yield Input(_COLOR_SEQUENCE, "ros_gz_interfaces/StringVec", colors, dialects=VRX3)
+    make = partial(_output, host, "symbol", _FORMS["text"][1])
+    yield Output("/vrx/scan_dock/placard_symbol", "std_msgs/String", make, latched=True)
+    yield Input(_COLOR_SEQUENCE, "ros_gz_interfaces/StringVec", take, dialects=VRX3)
+    for name in ("/vrx/scan_dock/color_sequence", _COLOR_SEQUENCE):
+        yield Service(name, "vrx_gazebo/ColorSequence", serve)
 
 
 def _sent_colors(host: Host, colors: list[str]) -> bool:
@@ -411,21 +388,7 @@ class MoreTopics:
     """Where its topics are in VRX classic, if not there."""
     vrx3_stem: str = ""
     """Where they are in VRX 3, if elsewhere."""
-    outputs: Callable[[Host], Iterator[Output]] = lambda _host: iter(())
-    inputs: Callable[[Host], Iterator[Input]] = lambda _host: iter(())
-    services: Callable[[Host], Iterator[Service]] = lambda _host: iter(())
-
-
-def _of_task(host: Host) -> MoreTopics:
-    return MORE_TOPICS.get(str(_task(host).get("type")), MoreTopics())
-
-
-def topics_of(host: Host, kind: str) -> Iterator[Output | Input | Service]:
-    """All topics and services of a type of task, besides the info and the contacts that all have."""
-    topics = MORE_TOPICS.get(kind, MoreTopics())
-    yield from _outputs(host, kind)
-    yield from topics.inputs(host)
-    yield from topics.services(host)
+    more: Callable[[Host], Iterator[Entry]] = lambda _host: iter(())
 
 
 def elsewhere(host: Host) -> dict[str, str]:
@@ -442,14 +405,14 @@ def elsewhere(host: Host) -> dict[str, str]:
     }
 
 
-_DOCKING = MoreTopics(outputs=_placard_symbol, inputs=_vrx3_color_sequence, services=_color_sequence)
+_DOCKING = MoreTopics(more=_docking)
 MORE_TOPICS: Mapping[str, MoreTopics] = {
     "stationkeeping": MoreTopics("/vrx/station_keeping", "/vrx/stationkeeping", _rms_error),
-    "perception": MoreTopics(inputs=_landmark),
+    "perception": MoreTopics(more=_landmark),
     "dock": _DOCKING,
     "scan_and_dock": _DOCKING,
     "scan_dock_deliver": _DOCKING,
-    "wildlife": MoreTopics(outputs=_animal_poses),
-    "gymkhana": MoreTopics("/vrx/gymkhana_blackbox", outputs=_gymkhana),
+    "wildlife": MoreTopics(more=_animal_poses),
+    "gymkhana": MoreTopics("/vrx/gymkhana_blackbox", more=_gymkhana),
 }
 """Topics and services by type of task."""

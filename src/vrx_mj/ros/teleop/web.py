@@ -12,7 +12,7 @@ from collections import OrderedDict
 from typing import Any
 
 from vrx_mj.errors import NetworkError
-from vrx_mj.ros.network import host_of, is_loopback, who_listens
+from vrx_mj.ros.network import host_of, is_loopback, refusal
 
 _LOOPBACK = "127.0.0.1"
 """Address of this machine."""
@@ -61,8 +61,7 @@ class PageServer(http.server.ThreadingHTTPServer):
         try:
             super().__init__((_LOOPBACK, port), _Answering)
         except OSError as error:
-            by = who_listens(port) or "an unknown program"
-            raise NetworkError(f"port {port} of {_LOOPBACK} is taken by {by}: {error.strerror}") from None
+            raise NetworkError(refusal("--web", _LOOPBACK, port, error)) from None
 
     @property
     def page(self) -> str:

@@ -1,6 +1,7 @@
 """The nodes of this process on TCPROS, without a network: what is registered, refused, passed on, said and counted."""
 
 import asyncio
+from functools import cached_property
 from types import SimpleNamespace
 
 import pytest
@@ -50,11 +51,11 @@ class Source:
     """A connection to a publisher elsewhere."""
 
     def __init__(self, topic, uri, number):
-        self.topic, self.uri, self.number, self.received, self.peer, self.closed = topic, uri, number, 0, None, False
+        self.topic, self.uri, self.number, self.received, self.peer = topic, uri, number, 0, None
 
-    def close(self):
-        self.closed = True
-        return asyncio.sleep(0)
+    @cached_property
+    def task(self):
+        return asyncio.get_running_loop().create_task(asyncio.sleep(60.0))
 
 
 @pytest.fixture
@@ -114,7 +115,7 @@ def test_a_topic_of_another_type_and_a_service_of_another_node_begin_anew(scene)
         assert not node._closing
         return source
 
-    assert asyncio.run(change()).closed
+    assert asyncio.run(change()).task.cancelled()
     held, peer = node.provided["/gazebo/get_loggers"], Peer()
     held.callers.add(peer)
     graph.provide("/gazebo/get_loggers", Service("/gazebo", "std_srvs/Empty", lambda *_: None))

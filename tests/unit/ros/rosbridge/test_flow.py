@@ -249,7 +249,7 @@ def test_clients_that_do_not_read_hold_a_piece_each(bridged):
 def test_clients_with_wishes_of_their_own_share_what_a_message_is_written_as():
     parcel = Parcel(image(np.zeros(1_200_000, np.uint8)), "sensor_msgs/Image", 0.0)
     tracemalloc.start()
-    begun = [iter(parcel.frames(f"t{number}", "none", 50_000 + number)) for number in range(CLIENTS)]
+    begun = [iter(parcel.frames(f"t{number}", Options(fragment_size=50_000 + number))) for number in range(CLIENTS)]
     sizes = [len(next(frames)[0]) + len(next(frames)[0]) for frames in begun]
     held = tracemalloc.get_traced_memory()[0]
     tracemalloc.stop()
@@ -269,7 +269,7 @@ def test_of_what_is_being_sent_the_message_is_not_kept():
         one = client(Counts(), Slow())
         parcel = Parcel(imu(), "sensor_msgs/Imu", 0.0)
         kept.append(weakref.ref(parcel))
-        one._messages.push((functools.partial(parcel.frames, "a", "none", 0), False), 1)
+        one._messages.push((functools.partial(parcel.frames, "a", Options()), False), 1)
         del parcel
         task = asyncio.create_task(one._write())
         await asyncio.sleep(0.01)

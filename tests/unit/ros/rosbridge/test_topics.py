@@ -30,8 +30,8 @@ class Parcel:
     def __init__(self, number):
         self.number = number
 
-    def frames(self, topic, compression, fragment_size):
-        return (self.number, compression, fragment_size)
+    def frames(self, topic, wish):
+        return (self.number, wish.compression, wish.fragment_size)
 
 
 def subscribed(work, *wishes):

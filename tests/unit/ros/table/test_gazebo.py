@@ -13,9 +13,10 @@ from sdf_boats import BOATS
 from trees import partial
 from vrx_mj.errors import VrxWarning
 from vrx_mj.frames import quaternion, rotation
+from vrx_mj.ros.interface import Service
 from vrx_mj.ros.messages import duration, new
 from vrx_mj.ros.table.boats import twist_commands
-from vrx_mj.ros.table.gazebo import gazebo_outputs, gazebo_services
+from vrx_mj.ros.table.gazebo import gazebo_topics
 from vrx_mj.ros.table.host import Bodies, Placed
 
 NORTH = quaternion(0.0, 0.0, math.pi / 2)
@@ -43,7 +44,7 @@ class Host:
 
 
 def call(host, name, **fields):
-    service = next(one for one in gazebo_services(host) if one.name == f"/gazebo/{name}")
+    service = next(one for one in gazebo_topics(host) if isinstance(one, Service) and one.name == f"/gazebo/{name}")
     answer = service.answer(new(f"{service.type}Request", **fields))
     assert answer.success, answer.status_message
     return answer
@@ -146,7 +147,7 @@ def test_models_in_models_are_found_by_gazebos_names_and_by_ours(course):
 def test_models_and_links_are_listed_by_gazebos_names(course):
     scene = served(course)
     models, links = (
-        next(one for one in gazebo_outputs(scene.server) if one.name == f"/gazebo/{name}").make().name
+        next(one for one in gazebo_topics(scene.server) if one.name == f"/gazebo/{name}").make().name
         for name in ("model_states", "link_states")
     )
     assert {"wamv", "buoys", "short_navigation_course_0", PART, "robotx_dock_2022", "robotx_light_buoy"} <= {*models}
@@ -360,7 +361,7 @@ def test_links_and_joints_of_a_model_are_seen_and_moved(course):
         "slide": (2, 1),
     }
     assert list(kinds["left"].damping) == [4.0]
-    states = next(one for one in gazebo_outputs(scene.server) if one.name == "/gazebo/link_states").make()
+    states = next(one for one in gazebo_topics(scene.server) if one.name == "/gazebo/link_states").make()
     port = states.pose[list(states.name).index("barge::port")]
     link = got(scene, "get_link_state", "GetLinkState", link_name="barge::port").link_state
     assert xyz(link.pose.position) == xyz(port.position)
@@ -493,7 +494,7 @@ def test_an_effort_turns_a_joint(course):
 
 def test_model_states_have_the_boat_after_the_worlds_models_and_a_ball_once_it_is_fired(course):
     scene = served(course)
-    states, links = (next(one.make for one in gazebo_outputs(scene.server) if one.name.endswith(end))
+    states, links = (next(one.make for one in gazebo_topics(scene.server) if one.name.endswith(end))
                      for end in ("/model_states", "/link_states"))  # fmt: skip
     assert states().name[-1] == "wamv"
     assert not [name for name in (*states().name, *links().name) if "ball_shooter" in name]

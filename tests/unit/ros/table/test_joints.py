@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from vrx_mj.ros.table.boats import BoatFrames, BoatJoint, Spin, ThrusterJoints
+from vrx_mj.ros.table.boats import BoatFrames, BoatJoint, Spin
 
 
 def joint(name):
@@ -25,7 +25,7 @@ def frames():
         "s": SimpleNamespace(command=lambda force: force / 250.0, max_command=1.0),
     }
     vars(one)["_thruster_joints"] = [
-        ThrusterJoints("n", joint("n_engine"), joint("n_shaft")), ThrusterJoints("s", None, joint("s_shaft")),
+        (joint("n_engine"), "n", True), (joint("n_shaft"), "n", False), (joint("s_shaft"), "s", False),
     ]  # fmt: skip
     return one
 

@@ -23,8 +23,9 @@ from vrx_mj.config.sensors import (
 from vrx_mj.config.world import Georeference
 from vrx_mj.frames import rotation_matrix
 from vrx_mj.ros import cdr
+from vrx_mj.ros.interface import Output
 from vrx_mj.ros.messages import decode, encode
-from vrx_mj.ros.table.sensing import sensor_outputs
+from vrx_mj.ros.table.sensing import sensor_topics
 from vrx_mj.sensors import truth
 from vrx_mj.sensors.instruments import Draw, fix, inertia
 from vrx_mj.sensors.readings import (
@@ -44,11 +45,11 @@ from vrx_mj.sensors.view import intrinsics
 
 
 def outputs(config):
-    """The topics of a boat a with this sensor alone."""
+    """The outputs of a boat a with this sensor alone."""
     sensor = SimpleNamespace(config=config, name=config.name, boat="a", frame=f"a/{config.link}")
     world = SimpleNamespace(parameters=partial({"georeference": {}}))
     host = SimpleNamespace(sim=SimpleNamespace(mounted=lambda _boat: [sensor], world=world))
-    return list(sensor_outputs(host, "a"))
+    return [entry for entry in sensor_topics(host, "a") if isinstance(entry, Output)]
 
 
 def made(config, tail, data, dialect="vrx"):

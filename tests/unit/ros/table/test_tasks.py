@@ -9,9 +9,10 @@ import pytest
 from trees import partial
 from vrx_mj.errors import CommandError
 from vrx_mj.ros import cdr
+from vrx_mj.ros.interface import Input, Output
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.table.host import header
-from vrx_mj.ros.table.world import task_inputs, task_outputs
+from vrx_mj.ros.table.world import task_topics
 from vrx_mj.tasks import TASK_KINDS
 
 PLACE = {"latitude": -33.7, "longitude": 150.6, "altitude": 1.5, "yaw": 2 * math.atan2(0.6, 0.8)}
@@ -69,8 +70,9 @@ def tasks(monkeypatch):
         task["type"] = kind
         sim = SimpleNamespace(task=task, time=42.5, world=SimpleNamespace(parameters=parameters), send=send)
         host = SimpleNamespace(sim=sim)
-        outputs |= {output.name: output for output in task_outputs(host) if "vrx3" in output.dialects}
-        inputs |= {entry.name: entry for entry in task_inputs(host) if "vrx3" in entry.dialects}
+        entries = [entry for entry in task_topics(host) if "vrx3" in entry.dialects]
+        outputs |= {entry.name: entry for entry in entries if isinstance(entry, Output)}
+        inputs |= {entry.name: entry for entry in entries if isinstance(entry, Input)}
     return SimpleNamespace(outputs=outputs, inputs=inputs, received=received, make=lambda name: sent(outputs[name]))
 
 
@@ -92,7 +94,7 @@ def test_what_goes_out_at_no_rate_is_latched_and_comes_once_a_second_in_vrx_3(ki
     monkeypatch.setenv("VRX_DEBUG", "false")
     world = SimpleNamespace(parameters=partial({"task": {"type": kind, "animals": [{}]}}))
     host = SimpleNamespace(sim=SimpleNamespace(task={**TASK, "type": kind}, world=world))
-    outputs = list(task_outputs(host))
+    outputs = [entry for entry in task_topics(host) if isinstance(entry, Output)]
     classic = [one for one in outputs if "vrx" in one.dialects]
     assert [one.latched for one in classic] == [one.rate == 0.0 for one in classic]
     assert {one.rate for one in outputs if "vrx3" in one.dialects} == {1.0}
@@ -122,7 +124,7 @@ def test_task_info_is_parameters(tasks):
 @pytest.mark.parametrize(("state", "left"), [("initial", 0), ("ready", 0), ("running", 287), ("finished", 287)])
 def test_no_time_is_left_before_the_run(state, left):
     host = SimpleNamespace(sim=SimpleNamespace(task={**TASK, "type": "perception", "state": state}))
-    info = next(task_outputs(host)).make()
+    info = next(task_topics(host)).make()
     assert info.remaining_time.sec == left
 
 

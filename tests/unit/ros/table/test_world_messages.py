@@ -39,7 +39,7 @@ def host(monkeypatch):
         send=lambda *what: sent.append(what), wind=SimpleNamespace(speed=3.5, direction=2.5),
         world=SimpleNamespace(parameters=SimpleNamespace(x_from_east=1.0, task=None)),
     )  # fmt: skip
-    return SimpleNamespace(sim=sim, form=lambda text: sent.append(("form", text)))
+    return SimpleNamespace(sim=sim, steering=SimpleNamespace(form=lambda text: sent.append(("form", text))))
 
 
 def test_all_contacts_of_boats_are_told_with_place_normal_and_depth(host):
@@ -138,8 +138,7 @@ def test_landmarks_are_degrees_by_either_name(host):
 
 def test_colours_are_taken_while_they_are_asked_for(host):
     colors = ["red", "green", "blue"]
-    services = list(world._color_sequence(host))
-    (topic,) = world._vrx3_color_sequence(host)
+    _, topic, *services = world._docking(host)
     assert len({service.name for service in services}) == 2
     request = SimpleNamespace(color1="red", color2="green", color3="blue")
     for is_open in (False, True):

@@ -101,9 +101,7 @@ def test_it_listens_on_loopback_alone(server):
 def test_a_port_that_is_taken_is_told_with_who_has_it():
     with socket.create_server(("127.0.0.1", 0)) as other:
         port = other.getsockname()[1]
-        with pytest.raises(
-            NetworkError, match=rf"^port {port} of 127\.0\.0\.1 is taken by .+: Address already in use$"
-        ):
+        with pytest.raises(NetworkError, match=rf"^--web: port {port} of 127\.0\.0\.1 is taken by "):
             PageServer(port, URL)
 
 
