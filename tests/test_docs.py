@@ -209,6 +209,7 @@ def dead_links(pages):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 @needs(MKDOCS)
 def test_the_site_builds_and_loads_nothing_from_elsewhere(tmp_path):
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(tmp_path / "site")]

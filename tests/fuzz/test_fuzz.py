@@ -100,6 +100,7 @@ def test_of_a_hang_the_stack_is_told(found):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 @LINUX
 def test_a_seeded_share_of_all_files_is_used_or_refused(tmp_path):
     printed(str(FUZZ / "run.py"), "--inputs", "20", "--seed", str(SEED), "--kinds", *LIGHT, "--keep", str(tmp_path))
