@@ -70,6 +70,7 @@ def found() -> dict[str, dict[str, str]]:
     return json.loads(printed(str(FUZZ / "harm.py")))
 
 
+@pytest.mark.slow
 @LINUX
 def test_harm_is_found_as_what_it_is(found):
     assert {harm: found[harm]["outcome"] for harm in HARMS} == {harm: outcome for harm, (_, outcome) in HARMS.items()}
