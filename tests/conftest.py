@@ -51,7 +51,6 @@ LONGEST = (
 """Parts of the names of the slow tests that take longest, the longest first."""
 EVERY_CASE_BY_DAY = {
     "test_an_example_runs_and_its_controller_goes_on_after_the_end",
-    "test_what_a_page_shows_works_and_prints_what_is_written",
     "test_what_is_lost_is_told",
     "test_what_is_read_changes_what_comes_out",
 }

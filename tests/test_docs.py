@@ -29,7 +29,7 @@ TOOLS = REPO / "tools"
 WORKED = ("first_run", "first_world", "first_fleet", "first_controller", "first_policy", "learning", "numbers")
 """Pages of which every block is run."""
 MARKS = {"first_policy": [pytest.mark.slow, pytest.mark.nightly]}
-EVERYDAY = {"first_run", "first_world", "fleets", "series"}
+EVERYDAY = {"fleets", "series"}
 FOLLOWED = {"tutorial_one_boat", "tutorial_many_boats"}
 """Pages that tests/integration/test_ros_tutorials.py follows."""
 COMMAND = re.compile(r"^(vrx-mj|python) (.*)$", re.M)
