@@ -49,11 +49,20 @@ LONGEST = (
     "test_prepared_sensors.py",
 )
 """Parts of the names of the slow tests that take longest, the longest first."""
+EVERY_CASE_BY_DAY = {
+    "test_an_example_runs_and_its_controller_goes_on_after_the_end",
+    "test_every_key_of_every_kind_changes_the_world_or_is_refused",
+    "test_what_is_lost_is_told",
+    "test_what_is_read_changes_what_comes_out",
+}
+"""Slow tests whose cases are other files or keys, of which each may break alone."""
 WORK, MOST_WORK = "processor time", 2.0
 """A property of reports [s], and how much a test that is not slow may take."""
 COMPILED = event.RecordingListener()
 """What numba compiles."""
 event.register("numba:compile", COMPILED)
+WITH_A_CASE_BY_DAY = set()
+"""Slow tests of which one case is collected."""
 SANDBOX, COMPILERS = pytest.StashKey[Path](), pytest.StashKey[list[subprocess.Popen]]()
 COMPILING = "VRX_MJ_TESTS_COMPILING"
 """Processes that compile kernels, for the workers, which wait for them before their first test."""
@@ -197,11 +206,21 @@ def pytest_make_collect_report(collector):
 
 
 def pytest_itemcollected(item):
-    """Put tests into the quick tier by their folder."""
+    """Put tests into the quick tier by their folder, and cases of a slow test after the first into the nightly one."""
     if item.get_closest_marker("slow") is not None:
         assert _may_be_slow(item.path), f"{item.nodeid}: `-m slow` finds it where its file has the words 'mark.slow'"
+        test = item.path, item.originalname
+        if test in WITH_A_CASE_BY_DAY and item.originalname not in EVERY_CASE_BY_DAY and not _names_nightly_cases(item):
+            item.add_marker("nightly")
+        WITH_A_CASE_BY_DAY.add(test)
     elif _is_quick(item.path):
         item.add_marker("quick")
+
+
+def _names_nightly_cases(item):
+    """Whether a test says itself which of its cases run by night."""
+    values = [value for mark in item.iter_markers("parametrize") for value in mark.args[1]]
+    return any(mark.name == "nightly" for value in values for mark in getattr(value, "marks", ()))
 
 
 @cache

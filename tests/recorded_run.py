@@ -7,6 +7,7 @@ import math
 import sys
 import time
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -46,6 +47,7 @@ def moved(mesh, *where):
     return mesh
 
 
+@cache
 def boat_surfaces():
     hulls = [moved(trimesh.creation.capsule(height=3.6, radius=0.21, transform=None), 0, 0, 0) for _ in range(2)]
     turn = trimesh.transformations.rotation_matrix(math.pi / 2, [0, 1, 0])
@@ -61,10 +63,12 @@ def boat_surfaces():
     )
 
 
+@cache
 def buoy_surfaces(rgba):
     return (surface(trimesh.creation.cylinder(0.45, 1.2, sections=24), rgba),)
 
 
+@cache
 def dock_surfaces():
     cells = [moved(trimesh.creation.box((1.96, 1.96, 0.5)), 2.0 * i, 0.0, 0.1) for i in range(6)]
     return tuple(surface(cell, (0.62, 0.6, 0.56, 1.0)) for cell in cells)
@@ -106,6 +110,7 @@ def scene(boats=3, seed=7):
     )
 
 
+@cache
 def engine_surfaces():
     return (surface(moved(trimesh.creation.box((0.3, 0.25, 0.7)), -0.2, 0, 0), (0.1, 0.1, 0.12, 1.0)),)
 

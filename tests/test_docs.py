@@ -29,7 +29,7 @@ TOOLS = REPO / "tools"
 WORKED = ("first_run", "first_world", "first_fleet", "first_controller", "first_policy", "learning", "numbers")
 """Pages of which every block is run."""
 MARKS = {"first_policy": [pytest.mark.slow, pytest.mark.nightly]}
-EVERYDAY = {"first_run", "first_world", "fleets", "series"}
+EVERYDAY = {"fleets", "series"}
 FOLLOWED = {"tutorial_one_boat", "tutorial_many_boats"}
 """Pages that tests/integration/test_ros_tutorials.py follows."""
 COMMAND = re.compile(r"^(vrx-mj|python) (.*)$", re.M)
@@ -209,6 +209,7 @@ def dead_links(pages):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 @needs(MKDOCS)
 def test_the_site_builds_and_loads_nothing_from_elsewhere(tmp_path):
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(tmp_path / "site")]

@@ -41,6 +41,7 @@ def test_every_mutant_has_tests_near_it():
         assert all((ROOT / file).exists() for file in files)
 
 
+@pytest.mark.slow
 def test_mutants_drawn_at_random_change_one_place_and_can_still_be_parsed():
     for mutant in draw(40, seed=1, only=["tasks", "frames"]):
         text = (ROOT / mutant.source).read_text(encoding="utf-8")
@@ -88,6 +89,7 @@ def test_related_tests_import_the_package_by_names_at_the_top_by_helpers_and_by_
     assert "tests/integration/test_fingerprints_validation.py" in of("validation/cases/waves.py")
 
 
+@pytest.mark.slow
 def test_mutants_equal_to_the_source_are_counted_apart_each_with_a_reason():
     rows = [{"package": "any", "file": "any.py", "id": kind, "killed": kind} for kind in ("near", "alive", "equal")]
     assert killed_share(rows) == 0.5

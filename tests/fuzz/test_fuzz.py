@@ -70,6 +70,7 @@ def found() -> dict[str, dict[str, str]]:
     return json.loads(printed(str(FUZZ / "harm.py")))
 
 
+@pytest.mark.slow
 @LINUX
 def test_harm_is_found_as_what_it_is(found):
     assert {harm: found[harm]["outcome"] for harm in HARMS} == {harm: outcome for harm, (_, outcome) in HARMS.items()}
@@ -100,6 +101,7 @@ def test_of_a_hang_the_stack_is_told(found):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 @LINUX
 def test_a_seeded_share_of_all_files_is_used_or_refused(tmp_path):
     printed(str(FUZZ / "run.py"), "--inputs", "20", "--seed", str(SEED), "--kinds", *LIGHT, "--keep", str(tmp_path))

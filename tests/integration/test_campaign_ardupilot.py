@@ -40,6 +40,7 @@ while True:
 """
 
 
+@pytest.mark.nightly
 def test_a_campaign_of_autopilots_sails_the_same_bits_twice(tmp_path):
     (tmp_path / "sea.yaml").write_text(WORLD)
     (tmp_path / "two.yaml").write_text(FLEET)

@@ -63,7 +63,7 @@ def test_a_surge_speed_and_a_yaw_rate_are_reached_and_held(world, surge, turn):
     assert np.abs(held[:, :, 1] - turn).max() < 0.002
 
 
-@pytest.mark.parametrize(("speed", "turn"), [(1.0, 0.4), (1.5, -0.3), (-0.5, 0.2)])
+@pytest.mark.parametrize(("speed", "turn"), [(1.0, 0.4), pytest.param(1.5, -0.3, marks=pytest.mark.slow), (-0.5, 0.2)])
 def test_a_circle_has_the_radius_of_speed_over_yaw_rate_where_the_sway_is_held(speed, turn):
     """Engines astern push across with 100 N at most: in tight turns a sideslip is left, and the speed is held."""
     boats = [{"name": layout, "thrusters": layout, "pose": [0, 60 * i, 0, 0, 0, 0]} for i, layout in enumerate(LAYOUTS)]

@@ -79,6 +79,7 @@ def test_a_stream_that_carries_water_and_air_carries_the_path(subtests):
             assert np.ptp(still, axis=0).max() > 0.5
 
 
+@pytest.mark.slow
 def test_a_turned_world_has_the_turned_path(subtests):
     for robot in ROBOTS:
         with subtests.test(robot=robot):

@@ -319,6 +319,7 @@ def test_the_scored_boat_can_touch_a_spawned_object():
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_hundreds_of_objects_come_and_go_without_growth():
     sim = simulation(FLEET, objects=OBJECTS[:1], seed=5)
 

@@ -142,7 +142,7 @@ def steps():
     return {step: way(raft(sea=WAVES, timestep=step, tilt=0.2), 10.0) for step in (0.02, 0.01, 0.001)}
 
 
-@pytest.mark.parametrize(("step", "allowed"), [(0.01, 0.06), (0.02, 0.1)])
+@pytest.mark.parametrize(("step", "allowed"), [pytest.param(0.01, 0.06, marks=pytest.mark.slow), (0.02, 0.1)])
 def test_its_motion_in_waves_hardly_depends_on_the_step(steps, step, allowed):
     """The largest distance between the ways of its origin.
 

@@ -216,10 +216,6 @@ print(*interface_addresses())
 """
 
 
-WHOLE = [name if name == "Windows" else pytest.param(name, marks=pytest.mark.nightly) for name in LACKING]
-"""Systems on which whole programs are tried: every day the one that lacks all that another does."""
-
-
 @pytest.fixture
 def system(request, tmp_path):
     """A folder of PYTHONPATH that makes of a Python one of that system."""
@@ -242,7 +238,8 @@ def test_figures_of_the_machine_are_known_on_every_system(system):
     assert set(done.stdout.split()) <= here
 
 
-@pytest.mark.parametrize("system", WHOLE, indirect=True)
+@pytest.mark.nightly
+@pytest.mark.parametrize("system", LACKING, indirect=True)
 def test_runs_are_recorded_read_served_and_tried_on_every_system(system, tmp_path):
     _, site = system
     recorded = vrx(*RUN, "--record", "run.rrd", cwd=tmp_path, python_path=[site])

@@ -188,6 +188,7 @@ def test_a_sensor_that_cannot_measure_ends_the_recording_properly(tmp_path):
     sim.step(duration=1.0)  # nobody listens any more
 
 
+@pytest.mark.slow
 def test_two_recordings_at_once_take_each_its_own_rate(sim, tmp_path):
     sim.reset(3)
     one, two = tmp_path / "one.rrd", tmp_path / "two.rrd"

@@ -188,6 +188,7 @@ def team(tmp_path):
     return folder
 
 
+@pytest.mark.nightly
 def test_boats_of_the_guide_join_a_world_without_boats(packages, tmp_path, team):
     boats = "".join(BOAT.format(**boat) for boat in FLEET)
     text = MULTI.replace("{boats}", boats)

@@ -160,6 +160,7 @@ def test_a_terminal_drives_pauses_and_is_left_as_it_was(world):
     assert "Traceback" not in terminal.seen
 
 
+@pytest.mark.slow
 def test_no_such_boat_ends_with_what_is_known(world):
     with contextlib.closing(Terminal("--url", world.url, "--boat", "titanic")) as terminal:
         assert terminal.process.wait(SECONDS) == 2

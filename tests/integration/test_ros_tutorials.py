@@ -298,7 +298,9 @@ NOT_RUN = {
 
 @pytest.mark.slow
 @needs(ROS1_TOOLS)
-@pytest.mark.parametrize("name", [pytest.param(page, marks=[pytest.mark.nightly] * ("many" in page)) for page in PAGES])
+@pytest.mark.parametrize(
+    "name", [pytest.param(page, marks=[pytest.mark.nightly] * ("tutorial" in page)) for page in PAGES]
+)
 def test_every_command_of_a_page_does_what_the_page_says(name, tmp_path):
     with Reader(tmp_path, pictures=any(problem_of(backend) is None for backend in BACKENDS)) as reader:
         for piece in pieces(DOCS / name):

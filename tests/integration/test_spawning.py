@@ -69,7 +69,11 @@ JOINING_BOATS = {
 
 @pytest.mark.parametrize(
     ("engines", "joining_boat"),
-    [("fixed", "with all sensors and engines on hinges"), ("hinged", "alike"), ("hinged", "of another kind")],
+    [
+        pytest.param("fixed", "with all sensors and engines on hinges", marks=pytest.mark.slow),
+        ("hinged", "alike"),
+        ("hinged", "of another kind"),
+    ],
 )
 def test_another_boat_joins_and_leaves(undisturbed, engines, joining_boat):
     rows, readings, sim = sailed(

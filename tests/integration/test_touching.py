@@ -36,8 +36,11 @@ def impulse(model, timestep):
     return total
 
 
+SOME, OTHERS = ["surmark46104"], ["robotx_light_buoy", "mb_round_buoy_orange"]
+
+
 @pytest.mark.parametrize("timestep", [0.02, 0.01, 0.005])
-@pytest.mark.parametrize("model", ["surmark46104", "robotx_light_buoy", "mb_round_buoy_orange"])
+@pytest.mark.parametrize("model", [*SOME, *(pytest.param(model, marks=pytest.mark.slow) for model in OTHERS)])
 def test_a_buoy_pushes_back_as_hard_whatever_the_step(model, timestep):
     """Drag that was solved for a free buoy alone gave 20 N s at 20 ms, 40 at 10 ms and 106 at 0.5 ms."""
     reference = impulse(model, REFERENCE)

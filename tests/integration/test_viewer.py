@@ -65,6 +65,7 @@ def test_a_port_that_is_taken_gives_way_to_a_free_one():
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_what_we_start_of_rerun_keeps_no_statistics_in_a_fresh_home(tmp_path):
     home, run = tmp_path / "home", ("run", "ocean", "--duration", "1", "--record", "run.rrd")
     home.mkdir()

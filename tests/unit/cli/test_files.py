@@ -45,6 +45,7 @@ def test_list_shows_ones_own_files_with_their_place(cli, folder, monkeypatch):
     assert "\ntrio\n" in said.out
 
 
+@pytest.mark.slow
 def test_list_says_what_each_is_when_asked(cli, folder):
     place = folder / "robots" / "mine"
     place.mkdir(parents=True)

@@ -84,7 +84,7 @@ def test_a_boat_is_built_and_checked():
     assert build[:6] == ["robot", "build", "--thrusters", "/t.yaml", "--components", "/home/team/s.yaml"]
 
 
-@pytest.mark.parametrize(("x", "code"), [("-5.0", 0), ("far", 2)])
+@pytest.mark.parametrize(("x", "code"), [pytest.param("-5.0", 0, marks=pytest.mark.slow), ("far", 2)])
 def test_a_boat_that_breaks_a_rule_ends_as_cleanly_as_with_vrx(tmp_path, x, code):
     engine = f'engine:\n  - prefix: left\n    position: "{x} 1.03 0.32"\n    orientation: "0 0 0"\n'
     (tmp_path / "t.yaml").write_text(engine, encoding="utf-8")

@@ -320,7 +320,18 @@ def _files(tmp_path, monkeypatch):
         (tmp_path / name).write_text(text, encoding="utf-8")
 
 
-@pytest.mark.parametrize(("name", "kind"), [(name, kind) for name, block in BLOCKS.items() for kind in block.kinds])
+SLOW = {("hull.hydro", ""), ("hull.hydrostatics", "mesh"), ("fleet.layout", "circle")}
+"""Kinds of which a world takes long to compile, or which have the most keys."""
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        pytest.param(name, kind, marks=[pytest.mark.slow] * ((name, kind) in SLOW))
+        for name, block in BLOCKS.items()
+        for kind in block.kinds
+    ],
+)
 def test_every_key_of_every_kind_changes_the_world_or_is_refused(name, kind, monkeypatch):
     block, selector = BLOCKS[name], name.partition(".")[2].partition(" ")[0]
     assert set(block.values) | {selector} == {*keys_of(block.model), selector}

@@ -64,7 +64,9 @@ def rows_of(boat):
     return {row["link"]: row for row in golden("wamv_links.csv") if wanted & set(row["boats"].split())}
 
 
-@pytest.mark.parametrize("boat", BOATS)
+@pytest.mark.parametrize(
+    "boat", [pytest.param(boat, marks=[pytest.mark.slow] * (turn % 2)) for turn, boat in enumerate(BOATS)]
+)
 def test_every_link_has_the_mass_inertia_and_place_of_vrxs(boat):
     made, rows = robot(boat), rows_of(boat)
     links = {local(link): link for link in made.findall("link")}

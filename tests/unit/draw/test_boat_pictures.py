@@ -103,7 +103,7 @@ def test_numbers_of_parts_do_not_cover_each_other(verdict):
         assert not [(a, b) for i, a in enumerate(frames) for b in frames[i + 1 :] if a.overlaps(b)]
 
 
-@pytest.mark.parametrize("suffix", [".png", ".pdf", ".svg"])
+@pytest.mark.parametrize("suffix", [".png", pytest.param(".pdf", marks=pytest.mark.slow), ".svg"])
 def test_it_is_written_as_its_suffix_says(verdict, tmp_path, suffix):
     draw_verdict(verdict, tmp_path / f"boat{suffix}")
     start = {".png": b"\x89PNG", ".pdf": b"%PDF", ".svg": b"<?xml"}[suffix]

@@ -88,6 +88,7 @@ def test_munks_moment_in_pitch_is_told_of_where_it_is_larger_than_what_rights_th
     assert any("Munk's moment" in text for text in found) == (share > 1.0 and munk), found
 
 
+@pytest.mark.slow
 def test_a_hull_of_many_triangles_is_told_to_be_slow(tmp_path):
     floats = ", ".join(f"{{type: cylinder, radius: 0.15, length: 3, pose: [0, {y}, 0, 0, 90, 0]}}" for y in (-1, 1))
     texts = said(tmp_path, f"{DAMPED}, shapes: [{floats}]", {"model": "none"})

@@ -120,6 +120,7 @@ def test_boats_of_a_large_fleet_have_few_triangles_and_share_them():
     check("shapes", "a boat of many", boat=boats[0].surfaces, engines=[one.surfaces for one in scene.thrusters[:2]])
 
 
+@pytest.mark.slow
 def test_making_a_scene_loads_neither_rerun_nor_a_library_of_meshes():
     code = """
 import sys, vrx_mj, vrx_mj.recording.session, vrx_mj.recording.record_scene

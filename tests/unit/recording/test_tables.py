@@ -39,9 +39,13 @@ def run(tmp_path_factory):
     return file, *recorded(COURSE, file, 2.0)
 
 
-def test_motion_is_what_the_record_has_bit_by_bit(run):
-    file = run[0]
-    record, motion = vrx_mj.read_record(file), read(file)["motion"]
+@pytest.fixture(scope="module")
+def tables(run):
+    return read(run[0])
+
+
+def test_motion_is_what_the_record_has_bit_by_bit(run, tables):
+    record, motion = vrx_mj.read_record(run[0]), tables["motion"]
     bodies = len(record.boats) + len(record.objects) + len(record.balls)
     assert motion.num_rows == len(record.time) * bodies
     boat = motion.filter(pc.field("name") == "wamv1")
@@ -57,9 +61,9 @@ def test_motion_is_what_the_record_has_bit_by_bit(run):
         assert np.array_equal(np.stack([columns[key] for key in keys], axis=1), values), keys
 
 
-def test_the_last_row_is_what_the_simulation_says(run):
-    file, sim, _ = run
-    tables, seen = read(file), sim.observe()["wamv1"]
+def test_the_last_row_is_what_the_simulation_says(run, tables):
+    _, sim, _ = run
+    seen = sim.observe()["wamv1"]
     last = tables["motion"].filter(pc.field("name") == "wamv1").to_pylist()[-1]
     w, x, y, z = seen.quaternion
     assert last["yaw"] == pytest.approx(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)), abs=1e-12)
@@ -88,23 +92,23 @@ def test_contacts_are_the_touches_that_a_watch_sees(tmp_path):
     assert found == [{key: getattr(touch, key) for key in UNITS["contacts"]} for touch in seen]
 
 
-def test_columns_have_their_units(run):
-    for name, table in read(run[0]).items():
+def test_columns_have_their_units(tables):
+    for name, table in tables.items():
         units = {field.name: field.metadata[b"unit"].decode() for field in table.schema}
         assert units == UNITS[name]
 
 
 @pytest.mark.parametrize("table", UNITS)
-def test_files_hold_the_table_to_the_last_bit(run, tmp_path, table):
-    whole = read(run[0])[table]
+def test_files_hold_the_table_to_the_last_bit(run, tables, tmp_path, table):
+    whole = tables[table]
     for suffix, back in ((".csv", pyarrow.csv.read_csv), (".parquet", pyarrow.parquet.read_table)):
         target = tmp_path / f"out{suffix}"
         assert write_table(run[0], target, table) == whole.num_rows
         assert back(target).select(whole.column_names).to_pylist() == whole.to_pylist()
 
 
-def test_tracks_have_the_latitudes_and_longitudes_of_the_boats(run, tmp_path):
-    motion = read(run[0])["motion"].filter(pc.field("kind") == "boat")
+def test_tracks_have_the_latitudes_and_longitudes_of_the_boats(run, tables, tmp_path):
+    motion = tables["motion"].filter(pc.field("kind") == "boat")
     rows = [(row["name"], row["longitude"], row["latitude"]) for row in motion.to_pylist()]
     expected = {name: [row[1:] for row in rows if row[0] == name] for name in ("wamv1", "wamv2")}
     assert write_table(run[0], tmp_path / "out.gpx") == motion.num_rows

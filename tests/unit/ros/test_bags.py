@@ -296,7 +296,7 @@ def test_rosbag_mends_what_a_killed_process_leaves(killed, tmp_path):
     assert len(read(tmp_path / "out.bag")) == 100 * (len(TYPES) - 1)
 
 
-@pytest.mark.parametrize("is_whole", [True, False])
+@pytest.mark.parametrize("is_whole", [pytest.param(True, marks=pytest.mark.slow), False])
 def test_the_first_record_of_a_bag_of_ros_1_is_as_long_as_rosbags_and_others_fill_the_bag(killed, tmp_path, is_whole):
     """4096 bytes of fields and padding, over which `rosbag reindex` writes."""
     if is_whole:

@@ -70,7 +70,7 @@ def come_and_go(world):
     yield without(world, "skiff")
 
 
-@pytest.mark.parametrize("name", ["ocean", "stationkeeping_task"])
+@pytest.mark.parametrize("name", ["ocean", pytest.param("stationkeeping_task", marks=pytest.mark.slow)])
 @pytest.mark.filterwarnings("ignore:robot ")
 def test_every_model_is_what_mujoco_makes_of_the_whole_text(name):
     fleet = TWO if name == "ocean" else {**TWO, "origin": [-500, 240, 0]}

@@ -436,8 +436,11 @@ def written(files, home):
             path.write_text(content, encoding="utf-8")
 
 
-SLOW = {"macros_that_double", "power_tower", "eval_power", "eval_sum"}
-"""Cases that the limit of processor time stops."""
+SLOW = {
+    "macros_that_double", "power_tower", "eval_power", "eval_sum", "eval_that_never_ends", "eval_comprehension_bomb",
+    "eval_dict_bomb", "launch_files_that_double", "too_many_models", "too_many_unknown_models",
+}  # fmt: skip
+"""Cases that a limit stops, most of them that of processor time."""
 
 
 @pytest.mark.parametrize("case", [pytest.param(case, marks=[pytest.mark.slow] * (case in SLOW)) for case in CASES])

@@ -167,18 +167,18 @@ def test_a_launch_file_that_is_included_199_times_is_read_once(team, monkeypatch
 def test_a_folder_that_is_deep(team):
     bay(team)
     below = os.open(team, os.O_RDONLY)
-    for _ in range(3000):  # deeper than any path may be long
-        os.mkdir("d", dir_fd=below)
-        above, below = below, os.open("d", os.O_RDONLY, dir_fd=below)
+    for _ in range(1100):  # deeper than any path may be long, and than calls may be nested
+        os.mkdir("deep", dir_fd=below)
+        above, below = below, os.open("deep", os.O_RDONLY, dir_fd=below)
         os.close(above)
     os.close(below)
     said = "folders more than 50 deep in team: name a smaller one"
     assert opened() == said
     assert imported() == said
-    for _ in range(3000):  # from above, each with what is two below: the removal of pytest is recursive
-        Path("team/d").rename("team/e")
-        if Path("team/e/d").is_dir():
-            Path("team/e/d").rename("team/d")
+    for _ in range(1100):  # from above, each with what is two below: the removal of pytest is recursive
+        Path("team/deep").rename("team/e")
+        if Path("team/e/deep").is_dir():
+            Path("team/e/deep").rename("team/deep")
         Path("team/e").rmdir()
 
 

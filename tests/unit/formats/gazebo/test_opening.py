@@ -169,12 +169,12 @@ def test_links_in_circles_and_out_of_the_folder_are_not_followed(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_folder_of_a_hundred_thousand_files_takes_a_moment():
+def test_a_folder_of_twenty_thousand_files_takes_a_moment():
     for number in range(100):
         Path(f"ws/{number}").mkdir(parents=True)
-        for name in range(1000):
+        for name in range(200):
             os.close(os.open(f"ws/{number}/{name}.txt", os.O_CREAT))
-    with calls_at_most(30_000_000):
+    with calls_at_most(6_000_000):
         assert message(file_of_folder, Path("ws")) == "'ws': no launch file and no Gazebo world in this folder"
 
 

@@ -115,7 +115,13 @@ VALUES = ("3", "true", "false", "turtle", "dock_2016", "-33.72")
 """Values that parameters of macros may have: for each of them, one at least is another than its default."""
 
 
-@pytest.mark.parametrize("name", macros())
+LONGEST = {"scan_dock_deliver", "dock", "gymkhana"}
+"""Macros of the most parameters."""
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in LONGEST)) for name in macros()]
+)
 def test_each_parameter_of_a_macro_changes_the_world_or_is_noted(name):
     alike = {False: call(name)}
     for key, default in macros()[name].defaults.items():

@@ -17,7 +17,15 @@ CASES = [(kind, file.name) for kind in ("components", "thrusters") for file in s
 START = root() / "assets" / "start"
 
 
-@pytest.mark.parametrize(("kind", "name"), CASES, ids=[f"{kind}-{Path(name).stem}" for kind, name in CASES])
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [
+        pytest.param(
+            kind, name, id=f"{kind}-{Path(name).stem}", marks=[pytest.mark.slow] * (name == "expression_power.yaml")
+        )
+        for kind, name in CASES
+    ],
+)
 def test_a_broken_file_says_what_and_where(kind, name, monkeypatch):
     monkeypatch.chdir(BROKEN / kind)
     expected = Path(name).with_suffix(".expected").read_text(encoding="utf-8")

@@ -153,6 +153,7 @@ def test_the_text_is_pretty_and_has_no_path_in_it(folder):
     assert expand(file) == "\n".join([*lines, "</robot>", ""])
 
 
+@pytest.mark.slow
 def test_the_xacro_package_stays_in_its_own_process(folder):
     file = write(folder, BODIES["math"])
     code = f"from vrx_mj.formats.urdf.expand import expand; expand({str(file)!r}); print('xacro' in sys.modules)"

@@ -152,7 +152,11 @@ BOMBS = {
 }
 
 
-@pytest.mark.parametrize("name", BOMBS)
+SLOW = {"lines.ply", "odd_lines.ply", "tags.dae", "text.stl"}
+"""Bombs of millions of lines and tags."""
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in BOMBS])
 def test_bombs_do_not_go_off(name, tmp_path):
     """Each is a mesh, or one line, whatever it says of itself; what it may take is the reader's to hold."""
     (tmp_path / name).write_bytes(BOMBS[name])

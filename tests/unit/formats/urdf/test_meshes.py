@@ -245,6 +245,7 @@ print(len(read_mesh(Path("a.stl")).triangles))
 """
 
 
+@pytest.mark.slow
 def test_the_library_writes_nothing_to_the_terminal(tmp_path):
     """Of normals that are no numbers it would write a traceback, and read the rest."""
     command = [sys.executable, "-c", NORMALS]

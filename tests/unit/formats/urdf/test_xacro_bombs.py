@@ -93,8 +93,9 @@ BOMBS = {
 
 pytestmark = pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
 SLOW = {"power", "macros", "macro_tree", "macro_clones", "blocks", "properties", "arguments", "comments", "siblings",
-        "dollars", "parameters", "quotes", "slices", "splits", "digits", "output"}  # fmt: skip
-"""Bombs that the limit of processor time stops, or that come near it."""
+        "dollars", "parameters", "quotes", "slices", "splits", "digits", "output", "searches",
+        "include_itself_twice"}  # fmt: skip
+"""Bombs that the limit of processor time stops, that come near it, or that are as long as another of their kind."""
 KINDS = {"power", "macro_tree", "dollars", "slices"}
 """One of each kind: a number, a tree, a text and a list; the others are tried by night."""
 BY_NIGHT = SLOW - KINDS
