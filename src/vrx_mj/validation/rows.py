@@ -35,9 +35,13 @@ TableRow = dict[str, Any]
 
 def rows(name: str) -> list[TableRow]:
     """The rows of a table by column; what reads as a number is one."""
+    return [{column: _value(text) for column, text in row.items()} for row in _texts(name)]
+
+
+def _texts(name: str) -> list[dict[str, str]]:
+    """The rows of a table by column, as they are written."""
     with (folder() / f"{name}.csv").open(encoding="utf-8", newline="") as file:
-        found = csv.DictReader((line for line in file if not line.startswith("#")), restval="")
-        return [{column: _value(text) for column, text in row.items()} for row in found]
+        return list(csv.DictReader((line for line in file if not line.startswith("#")), restval=""))
 
 
 def _value(text: str) -> float | str:
@@ -96,10 +100,8 @@ class Band:
 @cache
 def bands() -> Mapping[tuple[str, str], Band]:
     """The bands of all rows of the report by case and quantity, from `assets/validation/bands.csv`."""
-    with (folder() / "bands.csv").open(encoding="utf-8", newline="") as file:
-        table = csv.DictReader((line for line in file if not line.startswith("#")), restval="")
-        columns = "evidence", "band", "known", "why"
-        return {(row["case"], row["quantity"]): Band(*(row[column] for column in columns)) for row in table}
+    columns = "evidence", "band", "known", "why"
+    return {(row["case"], row["quantity"]): Band(*(row[column] for column in columns)) for row in _texts("bands")}
 
 
 @dataclass(frozen=True)

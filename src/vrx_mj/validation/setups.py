@@ -22,14 +22,8 @@ PHYSICS = {"profile": "marine", "gravity": GRAVITY}
 
 def marine_world(fleet: Mapping[str, object] | None = None, **keys: object) -> World:
     """A world of profile `marine`; keys are those of a world's file."""
-    given = {
-        "name": "tank",
-        "physics": PHYSICS,
-        "sea": {"model": "none"},
-        "wind": {"objects": []},
-        **keys,
-    }
-    return compile_world(given) if fleet is None else compile_world(given, fleet=fleet)
+    given = {"name": "tank", "physics": PHYSICS, "sea": {"model": "none"}, "wind": {"objects": []}, **keys}
+    return compile_world(given, fleet=fleet)
 
 
 def marine_simulation(fleet: Mapping[str, object] | None = None, **keys: object) -> Simulation:
@@ -41,6 +35,11 @@ def packaged_simulation(name: str, **keys: object) -> Simulation:
     """A run in a world of `assets/validation/worlds`, with other keys of a world's file; what is unusual is meant."""
     with ignore_warnings(), contextlib.chdir(folder() / "worlds"):
         return Simulation(compile_world({"extends": f"./{name}.yaml", "name": name, **keys}))
+
+
+def one_boat(robot: str, heading: float = 0.0, **keys: object) -> dict[str, object]:
+    """A fleet of one boat of a robot at the origin with a heading [rad]; keys are those of a fleet's file."""
+    return {"robot": robot, "boats": [{"name": "a", "pose": [0.0, 0.0, 0.0, 0.0, 0.0, heading]}], **keys}
 
 
 def with_boat_at(sim: Simulation, pose: Sequence[float], velocity: Sequence[float] | None = None) -> Simulation:
