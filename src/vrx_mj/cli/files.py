@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, get_args
 
 from typer import Argument, Typer, echo
 
+from vrx_mj.arguments import check_name
 from vrx_mj.bar import Bar
 from vrx_mj.cli.options import Arguments, Folder, Strict, named_values, reads_files
 from vrx_mj.cli.screen import show
@@ -48,8 +49,7 @@ def listing(kind: str, pattern: str = "*", *, verbose: bool = False) -> Iterator
     if kind == "tasks":
         yield from _tasks(verbose=verbose)
         return
-    if kind not in KINDS:
-        raise UnknownNameError("kind of file", kind, (*KINDS, "tasks"))
+    check_name("kind of file", kind, (*KINDS, "tasks"))
     known = catalogue(kind)
     names = sorted(fnmatch.filter(known, pattern), key=lambda name: (PurePosixPath(name).parent, name))
     if known and not names:

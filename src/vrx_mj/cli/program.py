@@ -24,6 +24,7 @@ from typer import Abort, BadParameter, Context, Exit, Option, Typer, echo
 from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command, get_group
 
+from vrx_mj.arguments import check_name
 from vrx_mj.cli.options import with_default_port
 from vrx_mj.cli.screen import show_error, warn_once
 from vrx_mj.errors import ChoiceError, CommandError, DivergedError, UnknownNameError, VrxError, VrxWarning
@@ -101,8 +102,8 @@ class Conversion:
 
     def _one(self, word: Any, param: Any) -> Any:
         named = param.opts[0] if param.param_type_name == "option" else param.name.upper()
-        if self._choices and word not in self._choices:
-            raise UnknownNameError(f"value of {named}", word, self._choices)
+        if self._choices:
+            check_name(f"value of {named}", word, self._choices)
         if isinstance(word, self.kind):
             return word
         try:

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 
 from typer import Argument, Option, Typer, echo
 
+from vrx_mj.arguments import check_name
 from vrx_mj.bar import Bar
 from vrx_mj.cli.options import MAX_NUMBER, Scale, above_zero, named_values, reads_files
 from vrx_mj.cli.screen import print_table
-from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, quote
+from vrx_mj.errors import CommandError, VrxError, VrxWarning, quote
 from vrx_mj.outputs import atomic_write, write_file, writing
 
 if TYPE_CHECKING:
@@ -131,8 +132,8 @@ def parts(
     from vrx_mj.formats.parts.read import part_types
 
     types = part_types()
-    if type_ is not None and type_ not in types:
-        raise UnknownNameError("type of part", type_, types)
+    if type_ is not None:
+        check_name("type of part", type_, types)
     book = load_rules(rules)
     for name in [type_] if type_ else types:
         _print_type(types[name], book)
