@@ -6,8 +6,6 @@ the number, is off. Integer arithmetic wraps, so nothing is lost whatever the ro
 sums and products of kernels, which are never one operation: all processors have the same.
 """
 
-from __future__ import annotations
-
 import math
 import struct
 from collections.abc import Sequence

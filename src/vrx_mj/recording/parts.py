@@ -41,7 +41,7 @@ _LEVEL = 4
 _MAX_NAMES = 4 << 20
 """Largest size of the names of files together [bytes]."""
 MAGIC = b"VRXMJRAW"
-"""First bytes of such a file; the version follows."""
+"""First bytes of the file of a run that goes on; the version follows."""
 VERSION = 2
 """Version of the raw file."""
 HEAD, FRAME = struct.Struct("<8sI"), struct.Struct("<QI")
@@ -210,12 +210,6 @@ class RawFile:
         """
         with self._stream:
             self._write()
-
-
-def begins_with(mark: bytes, path: Path) -> bool:
-    """Whether a file begins so: `MAGIC` with these files."""
-    with path.open("rb") as stream:
-        return stream.read(len(mark)) == mark
 
 
 def raw_parts(path: Path) -> Iterator[Part]:

@@ -21,7 +21,7 @@ from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.errors import RecordError, VrxWarning, quote
 from vrx_mj.frames import in_world_axes
-from vrx_mj.model.world import other_physics
+from vrx_mj.model.world import Parameters, other_physics
 from vrx_mj.recording.boat_sets import (
     MAX_NUMBER,
     BoatSet,
@@ -173,6 +173,11 @@ class Record(Head):
 
     def _tracks(self, kind: str) -> dict[str, Track]:
         return {body.name: _track(self.rows, self.layout, body) for body in self.layout.bodies if body.kind == kind}
+
+    @property
+    def parameters(self) -> Parameters:
+        """The parameters of the world that the recording begins in."""
+        return self.companies[0].world.parameters
 
     @property
     def files(self) -> Mapping[str, bytes]:

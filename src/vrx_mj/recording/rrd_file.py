@@ -4,8 +4,6 @@ That process may take as much memory and processor time as a recording of this s
 checked here as if it came from the file.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import shutil
@@ -21,8 +19,8 @@ from typing import TypeVar
 from vrx_mj.config.kinds import wrong_kind
 from vrx_mj.errors import RecordError
 from vrx_mj.foreign import ReaderError, ask
-from vrx_mj.outputs import writing
-from vrx_mj.recording.parts import APPLICATION, MAGIC, Part, PartData, begins_with, raw_parts
+from vrx_mj.outputs import begins, writing
+from vrx_mj.recording.parts import APPLICATION, MAGIC, Part, PartData, raw_parts
 
 PARSER = "foreign.rerun_file"
 """The module that parses."""
@@ -68,7 +66,7 @@ def parsed_file(file: Path, columns: Sequence[str], entities: Sequence[str], *, 
     """
     try:
         with _whole_file(file) as source:
-            if begins_with(MAGIC, source):
+            if begins(source, MAGIC):
                 found = (part.only(columns) for part in raw_parts(source) if part.entity in entities)
                 return Parsed(tuple(found), footer=False, views=False)
             wanted, answer = (entities, columns, whole), tuple[list[PartData], bool, bool]
@@ -96,7 +94,7 @@ def _found_in(file: Path, source: Path, function: str, *arguments: object, retur
     Raises:
         RecordError: it does not begin as rerun's files do, or the parser did not finish.
     """
-    if not begins_with(_MAGIC, source):
+    if not begins(source, _MAGIC):
         raise RecordError(_unreadable(file, source))
     size = source.stat().st_size
     memory, path = allowance(size), source.absolute()
@@ -113,10 +111,10 @@ def _found_in(file: Path, source: Path, function: str, *arguments: object, retur
 
 def _unreadable(file: Path, source: Path) -> str:
     """The message about a file that rerun cannot read."""
-    begins = begins_with(_MAGIC, source)
-    if not begins and file.suffix.lower() != ".rrd" and (wrong := wrong_kind(source, "a recording")):
+    ours = begins(source, _MAGIC)
+    if not ours and file.suffix.lower() != ".rrd" and (wrong := wrong_kind(source, "a recording")):
         return f"'{file}' is {wrong}"
-    what = "it is damaged, or rerun has not finished it" if begins else "it does not begin as rerun's files do"
+    what = "it is damaged, or rerun has not finished it" if ours else "it does not begin as rerun's files do"
     return f"'{file}' is not a recording of vrx_mj: {what}"
 
 
@@ -145,7 +143,7 @@ def _whole_file(file: Path) -> Iterator[Path]:
 def whole_bytes(file: Path) -> int:
     """Length of `file` up to the end of its last whole message; all of it if complete or no rrd file."""
     size, kind = file.stat().st_size, -1
-    if not begins_with(_MAGIC, file):
+    if not begins(file, _MAGIC):
         return size
     with file.open("rb") as stream:
         end = stream.seek(FILE_HEADER)

@@ -1,7 +1,5 @@
 """rerun's own program as a server of recordings for a browser, which connects to nothing else."""
 
-from __future__ import annotations
-
 import contextlib
 import http.client
 import re
