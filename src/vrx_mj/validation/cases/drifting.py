@@ -12,8 +12,7 @@ from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.frames import rotation_matrix
 from vrx_mj.packages import root
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.rows import Comparison, Outcome, TableRow, case
-from vrx_mj.validation.rows import rows as table_rows
+from vrx_mj.validation.rows import Comparison, Outcome, TableRow, case, rows
 from vrx_mj.validation.setups import (
     GRAVITY,
     PHYSICS,
@@ -90,7 +89,7 @@ def _extremes(times: FloatArray, heights: FloatArray) -> list[tuple[float, float
 
 def _in_theory() -> list[TableRow]:
     """Extremes of linear theory with the buoyancy of the sphere's shape."""
-    return [each for each in table_rows("hemisphere_decay") if each["theory"] == "restoring"]
+    return [each for each in rows("hemisphere_decay") if each["theory"] == "restoring"]
 
 
 @case(*_MEMORY)
@@ -208,7 +207,7 @@ def hemisphere() -> Outcome:
         "A33 / (rho V)": np.array(table["added_mass"])[:, 2, 2] / displaced,
         "B33 / (rho V omega)": np.array(table["damping"])[:, 2, 2] / (displaced * omega),
     }
-    exact = np.array([list(each.values()) for each in table_rows("hemisphere")]).T
+    exact = np.array([list(each.values()) for each in rows("hemisphere")]).T
     for name, reference in zip(ours, exact[1:], strict=True):
         lines = (
             Series("multipoles", exact[0], reference, kind="points", reference=True),

@@ -22,8 +22,7 @@ from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Hull
 from vrx_mj.model.water import Sea
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.rows import Comparison, Outcome, case, folder
-from vrx_mj.validation.rows import rows as table_rows
+from vrx_mj.validation.rows import Comparison, Outcome, case, folder, rows
 from vrx_mj.validation.setups import GRAVITY, marine_world, only_boat, packaged_simulation, record, with_boat_at
 
 _ROBOTS = "barge_10m", "barge_4m", "blueboat", "cylinder", "heron", "kingfisher", "otter", "wamv", "cora", "skiff"
@@ -210,7 +209,7 @@ def mean_drift() -> Outcome:
     Reference: Capytaine's far-field force (Maruo, 1960; Newman, 1967) with its own motions, by its indirect method;
     the band is 10 %, or 2 % of the largest of head waves.
     """
-    found = [(row, _mean_force(row["sea"], row["period"])) for row in table_rows("drift")]
+    found = [(row, _mean_force(row["sea"], row["period"])) for row in rows("drift")]
     for row, force in found:
         name = f"{row['sea']} waves of {row['period']:g} s, force over amplitude squared"
         yield Comparison(name, "N/m2", row["force"], force)
@@ -260,7 +259,7 @@ def moored_drift() -> Outcome:
     Reference: That of mean-drift, since so soft a spring does not affect it; the band is 15 %, or 2 % of the largest of
     head waves.
     """
-    for row in table_rows("drift"):
+    for row in rows("drift"):
         name = f"{row['sea']} waves of {row['period']:g} s, pull over amplitude squared"
         toward = _TOWARD[row["sea"]]
         ahead, aside = row["force"] * math.cos(toward), row["force"] * math.sin(toward)
@@ -279,7 +278,7 @@ def towed_drift() -> Outcome:
     2 tau further ahead, with tau = omega U / g along and across them; that force is Capytaine's far-field one. The band
     is 15 %, or 2 % of the largest of head waves at rest.
     """
-    for row in table_rows("towed"):
+    for row in rows("towed"):
         expected = row["ahead"], row["aside"]
         ahead, aside = _line_force(_TOWARD[row["sea"]], row["period"], row["speed"], expected)
         name = f"{row['sea']} waves of {row['period']:g} s at {row['speed']:g} m/s, force"

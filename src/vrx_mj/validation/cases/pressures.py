@@ -16,8 +16,7 @@ from vrx_mj.mjcf.flotation import faces_of
 from vrx_mj.physics.panels import panels_of, wrench_of_pressures
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.validation.cases.waves import PERIOD, moment
-from vrx_mj.validation.rows import Comparison, Outcome, TableRow, case
-from vrx_mj.validation.rows import rows as table_rows
+from vrx_mj.validation.rows import Comparison, Outcome, TableRow, case, rows
 from vrx_mj.validation.setups import (
     GRAVITY,
     marine_simulation,
@@ -159,7 +158,7 @@ def _wet(triangles: FloatArray, depth: FloatArray) -> FloatArray:
 def _reference() -> dict[tuple[float, float], ComplexArray]:
     """Complex amplitudes (kinds, motions) by heading and by where the wave goes [degrees]."""
     found: dict[tuple[float, float], ComplexArray] = {}
-    for row in table_rows("diffraction"):
+    for row in rows("diffraction"):
         course = row["heading"], row["toward"]
         forces = found.setdefault(course, np.zeros((len(_KINDS), len(_MOTIONS)), np.complex128))
         value = complex(row["real"], row["imaginary"])
@@ -286,7 +285,7 @@ def short_waves() -> Outcome:
     waves of 1 mm; first harmonics of heave of the centre of mass, roll and pitch over the last 8 of 24 periods. The
     wave of 1.5 s is 0.85 of the hulls' length; in it, no motion may exceed twice the reference's.
     """
-    for row in table_rows("short_waves"):
+    for row in rows("short_waves"):
         yield from _swings(row, "", 24)
 
 
@@ -298,7 +297,7 @@ def response_amplitudes() -> Outcome:
     harmonics of heave of the centre of mass, roll and pitch over the last 8 of 60 periods. In waves shorter than the
     waterline, no motion may exceed twice the reference's.
     """
-    for row in table_rows("response_amplitudes"):
+    for row in rows("response_amplitudes"):
         yield from _swings(row, "_hydro", 60)
 
 
@@ -415,7 +414,7 @@ def section_flume() -> Outcome:
     Reference: The mean force on the fixed section is not compared: a hull's file has that of a moving hull.
     """
     charts: dict[str, list[tuple[float, float, float]]] = defaultdict(list)
-    conditions = groupby(table_rows("flume"), lambda row: (row["set"], row["period"], 1e3 * row["height"]))
+    conditions = groupby(rows("flume"), lambda row: (row["set"], row["period"], 1e3 * row["height"]))
     for (kind, period, height), group in conditions:
         own = list(group)
         ours = _fixed_forces(own[0]) if kind == "fixed" else _afloat(own[0])

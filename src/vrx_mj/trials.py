@@ -1,4 +1,4 @@
-"""Trials of a vessel: turning circle, zigzag, pull-out, spiral, crash stop and free decay; their figures and tracks.
+"""Trials of boats, as ITTC and IMO have them: turning circle, zigzag, crash stop, pull-out, spiral and free decay.
 
 References: ITTC 7.5-04-02-01; IMO MSC.137(76). A vessel takes a power and a helm, and has a position, a heading and
 speeds.
@@ -205,8 +205,7 @@ class Track:
 
 def track_of(states: Sequence[VesselState], helms: Sequence[float]) -> Track:
     """The track of states and of the helm at each, from the first of them."""
-    rows = np.array([(s.time, s.x, s.y, s.heading, s.surge, s.sway, s.yaw_rate) for s in states], np.float64)
-    time, x, y, heading, surge, sway, rate = rows.T
+    time, x, y, _, heading, _, _, surge, sway, rate = np.array(states, np.float64).T
     cos, sin = math.cos(heading[0]), math.sin(heading[0])
     east, north = x - x[0], y - y[0]
     return Track(
@@ -550,3 +549,14 @@ def _extremes(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatAr
             found.append((float(time[i] + shift * (time[1] - time[0])), abs(here - 0.25 * (before - after) * shift)))
     moments, sizes = np.array(found).T
     return moments, sizes
+
+
+TRIALS: Mapping[str, Callable[..., Trial]] = {
+    "turning": turning,
+    "zigzag": zigzag,
+    "crash-stop": crash_stop,
+    "pull-out": pull_out,
+    "spiral": spiral,
+    "decay": decay,
+}
+"""The trials by name, each a function of a vessel."""
