@@ -24,8 +24,8 @@ from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.outputs import write_files
 from vrx_mj.runtime.observation import BoatObservation
 from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.validation.case import EVIDENCE, Band, Case, Comparison, Outcome, Row
 from vrx_mj.validation.cases import drifting, hulls, mean_forces, pressures, propellers, runs, waves, winds
-from vrx_mj.validation.rows import EVIDENCE, Band, Case, Comparison, Outcome, Row
 
 PAGE, RESULTS = "index.html", "results.json"
 _NEEDED = ("mujoco", "numba", "numpy")

@@ -12,16 +12,20 @@ from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.frames import rotation_matrix
 from vrx_mj.packages import root
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.rows import Comparison, Outcome, TableRow, case, rows
-from vrx_mj.validation.setups import (
+from vrx_mj.validation.case import (
     GRAVITY,
     PHYSICS,
+    Comparison,
+    Outcome,
+    TableRow,
     autocorrelation,
+    case,
     marine_simulation,
     one_boat,
     only_boat,
     packaged_simulation,
     record,
+    rows,
     with_boat_at,
 )
 

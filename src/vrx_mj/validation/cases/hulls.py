@@ -14,8 +14,19 @@ from vrx_mj.mjcf import templates
 from vrx_mj.mjcf.flotation import HullSheet, hull_sheet
 from vrx_mj.physics.panels import panels_of, wrench_of_still_water
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.rows import Comparison, Outcome, case, mesh, rows
-from vrx_mj.validation.setups import GRAVITY, PHYSICS, only_boat, packaged_simulation, record, with_boat_at
+from vrx_mj.validation.case import (
+    GRAVITY,
+    PHYSICS,
+    Comparison,
+    Outcome,
+    case,
+    mesh,
+    only_boat,
+    packaged_simulation,
+    record,
+    rows,
+    with_boat_at,
+)
 
 _MESH_FILES = ("physics/panels.py", "mjcf/flotation.py")
 STIFFNESSES = (("C33, heave", "N/m"), ("C44, roll", "N m/rad"), ("C55, pitch", "N m/rad"))

@@ -22,8 +22,19 @@ from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Hull
 from vrx_mj.model.water import Sea
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.rows import Comparison, Outcome, case, folder, rows
-from vrx_mj.validation.setups import GRAVITY, marine_world, only_boat, packaged_simulation, record, with_boat_at
+from vrx_mj.validation.case import (
+    GRAVITY,
+    Comparison,
+    Outcome,
+    case,
+    folder,
+    marine_world,
+    only_boat,
+    packaged_simulation,
+    record,
+    rows,
+    with_boat_at,
+)
 
 _ROBOTS = "barge_10m", "barge_4m", "blueboat", "cylinder", "heron", "kingfisher", "otter", "wamv", "cora", "skiff"
 _FREE = tuple((robot, *way) for robot in _ROBOTS for way in (("stern to it", 0.0), ("beam to it", 0.5 * math.pi)))

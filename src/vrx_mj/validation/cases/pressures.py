@@ -15,17 +15,21 @@ from vrx_mj.frames import rotation_matrix
 from vrx_mj.mjcf.flotation import faces_of
 from vrx_mj.physics.panels import panels_of, wrench_of_pressures
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.cases.waves import PERIOD, moment
-from vrx_mj.validation.rows import Comparison, Outcome, TableRow, case, rows
-from vrx_mj.validation.setups import (
+from vrx_mj.validation.case import (
     GRAVITY,
+    Comparison,
+    Outcome,
+    TableRow,
+    case,
     marine_simulation,
     marine_world,
     one_boat,
     only_boat,
     packaged_simulation,
     record,
+    rows,
 )
+from vrx_mj.validation.cases.waves import PERIOD, moment
 
 _SEAS: Mapping[str, Mapping[str, Any]] = {
     "swell": {"model": "regular", "height": 4.96, "period": 20.0},

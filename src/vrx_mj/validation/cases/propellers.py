@@ -9,8 +9,19 @@ from scipy.optimize import brentq
 from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.rows import Comparison, Outcome, case, folder, rows
-from vrx_mj.validation.setups import GRAVITY, marine_simulation, one_boat, only_boat, packaged_simulation, record
+from vrx_mj.validation.case import (
+    GRAVITY,
+    Comparison,
+    Outcome,
+    case,
+    folder,
+    marine_simulation,
+    one_boat,
+    only_boat,
+    packaged_simulation,
+    record,
+    rows,
+)
 
 _TANK = "propeller_tank"
 _FULL, _DIAMETER, _VANISHING, _LAG, _POWER = 80.0, 0.2, 4.0, 0.5, 900.0

@@ -16,13 +16,18 @@ from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.batch import Batch
 from vrx_mj.runtime.run import run
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.rows import Comparison, Outcome, TableRow, case, folder, rows
-from vrx_mj.validation.setups import (
+from vrx_mj.validation.case import (
+    Comparison,
+    Outcome,
+    TableRow,
+    case,
+    folder,
     marine_simulation,
     marine_world,
     only_boat,
     packaged_simulation,
     record,
+    rows,
     with_boat_at,
 )
 

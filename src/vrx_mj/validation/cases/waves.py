@@ -10,8 +10,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.spectra import Site, stokes_wave
-from vrx_mj.validation.rows import Comparison, Outcome, case, rows
-from vrx_mj.validation.setups import GRAVITY, marine_simulation, marine_world
+from vrx_mj.validation.case import GRAVITY, Comparison, Outcome, case, marine_simulation, marine_world, rows
 
 _HEIGHTS = (0.3, 0.5, 1.0, 2.0, 3.0)
 PERIOD = 7.0
