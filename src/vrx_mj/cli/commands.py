@@ -215,7 +215,7 @@ def replay(
     Example: vrx-mj replay run.rrd --video run.mp4 --boat wamv2 --speed 2
     """
     from vrx_mj.recording import open_viewer, write_coco
-    from vrx_mj.recording.rrd_file import no_recording
+    from vrx_mj.recording.parts import no_recording
     from vrx_mj.recording.video import Shot, draw_video, parse_size
 
     if video is not None and coco is not None:

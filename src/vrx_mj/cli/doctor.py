@@ -252,7 +252,7 @@ def viewer_row(
     """The viewer of rerun: there, running, and of the version of its package."""
     what, again = "rerun viewer", f"{install_command(requirement('rerun-sdk'))} --force-reinstall"
     try:
-        from vrx_mj.recording.rrd_file import viewer_binary, viewer_environment
+        from vrx_mj.recording.parts import viewer_binary, viewer_environment
 
         path, wanted = (find or viewer_binary)(), version("rerun-sdk")
         output = subprocess.run(

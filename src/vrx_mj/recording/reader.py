@@ -35,9 +35,20 @@ from vrx_mj.recording.boat_sets import (
     read_boat_sets,
     sound_rows,
 )
-from vrx_mj.recording.parts import COMPANIES, EVENTS, FRAMES, ROWS, RUN, STATES, Part, unpack_files, validator
+from vrx_mj.recording.parts import (
+    COMPANIES,
+    EVENTS,
+    FRAMES,
+    ROWS,
+    RUN,
+    STATES,
+    Part,
+    allowance,
+    parsed_file,
+    unpack_files,
+    validator,
+)
 from vrx_mj.recording.record_scene import MovingBody, RecordedSensor, RowLayout
-from vrx_mj.recording.rrd_file import allowance, parsed_file
 from vrx_mj.runtime.subscriptions import Touch
 from vrx_mj.sensors import SENSOR_KINDS
 from vrx_mj.sensors.readings import Image, PointCloud, Reading

@@ -39,11 +39,13 @@ from vrx_mj.recording.parts import (
     STATES,
     Cell,
     RawFile,
+    copy_without_views,
     pack_files,
+    viewer_binary,
+    viewer_environment,
 )
 from vrx_mj.recording.reader import Record, data_fields, read_record
 from vrx_mj.recording.record_scene import FORMAT, RecordedSensor, RecordScene
-from vrx_mj.recording.rrd_file import copy_without_views, viewer_binary, viewer_environment
 from vrx_mj.recording.simulation_scene import Choices, check_columns, scene_of
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State

@@ -16,7 +16,7 @@ from typing import Any
 from urllib.parse import quote
 
 from vrx_mj.errors import RecordError
-from vrx_mj.recording.rrd_file import viewer_binary, viewer_environment
+from vrx_mj.recording.parts import viewer_binary, viewer_environment
 
 LOOPBACK = "127.0.0.1"
 _PAGE_PORT, _DATA_PORT = 9090, 9876
