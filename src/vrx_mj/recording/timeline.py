@@ -44,9 +44,11 @@ def thin_lines(width: float, **fields: Any) -> rr.LineStrips3D:
     return rr.LineStrips3D.from_fields(radii=[rr.Radius.ui_points(width)], **fields)
 
 
-def name_points(**fields: Any) -> rr.Points3D:
-    """Points that are names, with fields of the archetype."""
-    return rr.Points3D.from_fields(colors=[style.LABEL], radii=[0.0], show_labels=True, **fields)
+def name_points(labels: Sequence[str] | None = None, positions: npt.ArrayLike | None = None) -> rr.Points3D:
+    """Points that are names; what is None changes with time."""
+    return rr.Points3D.from_fields(
+        labels=labels, positions=positions, colors=[style.LABEL], radii=[0.0], show_labels=True
+    )
 
 
 def numbers(

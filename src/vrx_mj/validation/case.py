@@ -265,6 +265,11 @@ def packaged_simulation(name: str, **keys: object) -> Simulation:
         return Simulation(compile_world({"extends": f"./{name}.yaml", "name": name, **keys}))
 
 
+def unit(degrees: float) -> FloatArray:
+    """The unit vector (2,) in a direction [degrees], counter-clockwise from x."""
+    return np.array([math.cos(math.radians(degrees)), math.sin(math.radians(degrees))])
+
+
 def one_boat(robot: str, heading: float = 0.0, **keys: object) -> dict[str, object]:
     """A fleet of one boat of a robot at the origin with a heading [rad]; keys are those of a fleet's file."""
     return {"robot": robot, "boats": [{"name": "a", "pose": [0.0, 0.0, 0.0, 0.0, 0.0, heading]}], **keys}

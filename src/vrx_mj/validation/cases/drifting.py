@@ -26,6 +26,7 @@ from vrx_mj.validation.case import (
     packaged_simulation,
     record,
     rows,
+    unit,
     with_boat_at,
 )
 
@@ -344,10 +345,6 @@ def _velocity(sim: Simulation, name: str) -> FloatArray:
     return (np.array(rotation_matrix(seen.quaternion)) @ seen.velocity)[:2]
 
 
-def _unit(degrees: float) -> FloatArray:
-    return np.array([math.cos(math.radians(degrees)), math.sin(math.radians(degrees))])
-
-
 @case(*_CURRENT_FILES)
 def current_tide() -> Outcome:
     """A tide over the depth.
@@ -372,8 +369,8 @@ def current_tide() -> Outcome:
     turn = np.exp(1j * math.radians(_PHASE))
     for depth, share, steady, wave in zip(_DEPTHS, shares.tolist(), mean, swing, strict=True):
         at = f"at {depth:g} m"
-        along, across = (complex(wave @ _unit(angle) / turn) for angle in (_AXIS, _AXIS + 90.0))
-        yield Comparison(f"mean {at}", "m/s", share * _MEAN, steady @ _unit(_TOWARD))
+        along, across = (complex(wave @ unit(angle) / turn) for angle in (_AXIS, _AXIS + 90.0))
+        yield Comparison(f"mean {at}", "m/s", share * _MEAN, steady @ unit(_TOWARD))
         yield Comparison(f"greatest tide {at}", "m/s", share * _MAJOR, along.real)
         yield Comparison(f"least tide {at}, clockwise", "m/s", share * _MINOR, -across.imag)
     yield _ellipses(seen, shares, phase)
@@ -383,9 +380,9 @@ def _ellipses(seen: FloatArray, shares: FloatArray, phase: FloatArray) -> Chart:
     """What the arrow of the current draws at the surface, in the middle and at the bottom of the profile."""
     series: list[Series] = []
     angle = phase + math.radians(_PHASE)
-    ring = np.outer(_MAJOR * np.cos(angle), _unit(_AXIS)) + np.outer(_MINOR * np.sin(angle), _unit(_AXIS + 90.0))
+    ring = np.outer(_MAJOR * np.cos(angle), unit(_AXIS)) + np.outer(_MINOR * np.sin(angle), unit(_AXIS + 90.0))
     for number in (0, 2, 4):
-        east, north = (shares[number] * (_MEAN * _unit(_TOWARD) + ring)).T
+        east, north = (shares[number] * (_MEAN * unit(_TOWARD) + ring)).T
         series.append(Series("closed form", east, north, reference=True))
         series.append(Series(f"{_DEPTHS[number]:g} m", seen[::10, number, 0], seen[::10, number, 1], kind="points"))
     return Chart("Velocity over a period, by depth", "east [m/s]", "north [m/s]", series, equal=True)

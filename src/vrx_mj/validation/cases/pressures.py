@@ -28,6 +28,7 @@ from vrx_mj.validation.case import (
     packaged_simulation,
     record,
     rows,
+    unit,
 )
 from vrx_mj.validation.cases.waves import PERIOD, moment
 
@@ -170,10 +171,10 @@ def _reference() -> dict[tuple[float, float], ComplexArray]:
     return found
 
 
-def _wave(amplitude: float, period: float, toward: float) -> dict[str, Any]:
+def _wave(amplitude: float, period: float, toward: float) -> dict[str, object]:
     """A regular wave of an amplitude [m] and a period [s] that goes toward an angle [degrees], in sea water."""
-    along = [math.cos(math.radians(toward)), math.sin(math.radians(toward))]
-    return {"model": "regular", "height": 2.0 * amplitude, "period": period, "direction": along, "density": 1025.0}
+    sea = {"model": "regular", "height": 2.0 * amplitude, "period": period, "density": 1025.0}
+    return {**sea, "direction": unit(toward).tolist()}
 
 
 def _forces(heading: float, toward: float) -> FloatArray:
@@ -262,8 +263,8 @@ def roll_damping() -> Outcome:
 
 def _swing(robot: str, period: float, toward: float, periods: int) -> tuple[FloatArray, bool]:
     """Heave of a robot's centre of mass over a wave's amplitude, roll and pitch over its slope; is it a hull long?"""
-    sea = _wave(_FREE_AMPLITUDE, period, toward)
-    sim, along = marine_simulation(one_boat(robot, sensors="none"), sea=sea), sea["direction"]
+    sea, along = _wave(_FREE_AMPLITUDE, period, toward), unit(toward).tolist()
+    sim = marine_simulation(one_boat(robot, sensors="none"), sea=sea)
     center, omega = np.array(sim.world.parameters.hulls[0].body_com), math.tau / period
     wavenumber, found, phases = omega**2 / GRAVITY, [], []
     for step in range(round(periods * period / sim.timestep)):
