@@ -224,7 +224,7 @@ def _on_a_line(level: FloatArray) -> BoolArray:
     return best
 
 
-def _vivid(pixels: ByteArray) -> IntArray:
+def _vivid(pixels: ByteArray, *, lead: float = _MIN_SATURATION) -> IntArray:
     """The colour of pixels, (..., 3) of 0 to 255: its number in red, green, blue, yellow, or -1 for none of them."""
     seen = np.asarray(pixels, np.float64)
     red, green, blue = seen[..., 0], seen[..., 1], seen[..., 2]
@@ -235,7 +235,7 @@ def _vivid(pixels: ByteArray) -> IntArray:
     yellow = (blue == least) & (middle > 0.6)
     pure = (middle < 0.6) | yellow
     code = np.where(yellow, 3, code)
-    return np.where((gap > _MIN_SATURATION * most) & (most > _MIN_BRIGHTNESS) & pure, code, -1)
+    return np.where((gap > lead * most) & (most > _MIN_BRIGHTNESS) & pure, code, -1)
 
 
 def _counts(codes: IntArray) -> list[int]:
@@ -243,14 +243,14 @@ def _counts(codes: IntArray) -> list[int]:
     return [int((codes == code).sum()) for code in range(len(_COLORS))]
 
 
-def symbol_in(window: ByteArray) -> str:
+def symbol_in(window: ByteArray, *, lead: float = _MIN_SATURATION) -> str:
     """The symbol in a picture of a placard, as red_circle; empty without one.
 
     The colour is that of most vivid pixels, the shape follows from how much of its bounding box it fills (rectangle
     all, circle pi/4, cross 0.56, triangle 1/2) and, of the last two, from whether its upper third is as wide as the
     lower.
     """
-    codes = _vivid(window)
+    codes = _vivid(window, lead=lead)
     counts = _counts(codes)
     color = int(np.argmax(counts))
     if counts[color] < 60:
