@@ -29,7 +29,7 @@ from rerun.experimental import ViewerClient
 
 import vrx_mj
 from vrx_mj.recording.blueprint import PLAN_WATER
-from vrx_mj.recording.rrd_file import viewer_binary, viewer_environment
+from vrx_mj.recording.parts import viewer_binary, viewer_environment
 from vrx_mj.recording.video import Film, Shot, looking
 from vrx_mj.recording.viewer import Server, free_port
 

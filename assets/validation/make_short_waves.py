@@ -16,7 +16,7 @@ import numpy as np
 from vrx_mj.adapters.hydro import panel_hull
 from vrx_mj.frames import rotation_matrix
 from vrx_mj.mjcf.flotation import flotation
-from vrx_mj.validation.setups import GRAVITY, marine_simulation
+from vrx_mj.validation.case import GRAVITY, marine_simulation
 
 FOLDER = Path(__file__).parent
 DENSITY, PANELS = 1025.0, 400

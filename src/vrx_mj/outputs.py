@@ -106,10 +106,11 @@ def check_inside(folder: Path, name: str, what: str, error: type[VrxError] = Vrx
             raise error(f"cannot write {what} '{folder / name}': '{place}' is a link; remove it")
 
 
-def begins(file: Path, text: str) -> bool:
-    """Whether a file begins with a text."""
+def begins(file: Path, mark: str | bytes) -> bool:
+    """Whether a file begins with a text or bytes."""
+    raw = mark.encode() if isinstance(mark, str) else mark
     with file.open("rb") as stream:
-        return stream.read(len(text.encode())) == text.encode()
+        return stream.read(len(raw)) == raw
 
 
 def _write_content(content: Content, file: Path) -> None:

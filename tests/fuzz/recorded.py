@@ -11,7 +11,7 @@ from fuzz import raw, recordings
 from fuzz.kind import Files, Kind
 from vrx_mj import compare, read_record, resume
 from vrx_mj.recording.checks import rescore
-from vrx_mj.recording.rrd_file import FILE_HEADER, MESSAGE_HEADER
+from vrx_mj.recording.parts import FILE_HEADER, MESSAGE_HEADER
 from vrx_mj.ros.convert import convert
 
 TESTS = Path(__file__).resolve().parents[1]

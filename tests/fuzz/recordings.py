@@ -17,9 +17,8 @@ import numpy as np
 from vrx_mj.errors import RecordError
 from vrx_mj.foreign.plain import pack
 from vrx_mj.recording.packing import pack_rows, unpack_rows
-from vrx_mj.recording.parts import FRAME, HEAD, MAGIC, VERSION, pack_files, unpack_files
+from vrx_mj.recording.parts import FRAME, HEAD, MAGIC, VERSION, pack_files, parsed_file, unpack_files
 from vrx_mj.recording.reader import READ_COLUMNS, READ_ENTITIES, READING_COLUMNS, read_record
-from vrx_mj.recording.rrd_file import parsed_file
 
 Parts = list[tuple[str, bool, dict[str, list[Any]]]]
 """Chunks of our entities: path, whether it is without time, and columns of cells."""

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from needs import CAPYTAINE, needs
-from vrx_mj.validation import rows
+from vrx_mj.validation import case
 
 pytestmark = [needs(CAPYTAINE), pytest.mark.slow, pytest.mark.filterwarnings("ignore")]
 
 
 def recipe(name):
     """The script that made a table."""
-    spec = importlib.util.spec_from_file_location(name, rows.folder() / f"{name}.py")
+    spec = importlib.util.spec_from_file_location(name, case.folder() / f"{name}.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
@@ -22,14 +22,14 @@ def recipe(name):
 def test_hydrostatics():
     made = recipe("make_hydrostatics")
     columns = ("volume", "x", "y", "z", "area")
-    for row in rows.rows("hydrostatics"):
+    for row in case.rows("hydrostatics"):
         found = made.row(row["mesh"], float(row["heel"]), float(row["trim"]))
         assert found == pytest.approx([float(row[column]) for column in columns], rel=1e-6, abs=1e-9)
 
 
 def test_diffraction():
     """Within 1e-4 of the largest force, and of the largest moment: other processors sum in another order."""
-    stored, found = rows.rows("diffraction"), recipe("make_diffraction").rows()
+    stored, found = case.rows("diffraction"), recipe("make_diffraction").rows()
     assert [row[:4] for row in found] == [
         [int(row["heading"]), int(row["toward"]), row["kind"], row["motion"]] for row in stored
     ]

@@ -2,8 +2,8 @@
 
 import pytest
 
+from vrx_mj.validation.case import bands
 from vrx_mj.validation.report import CASES, run_cases
-from vrx_mj.validation.rows import bands
 
 ROUNDING = 1e-8
 """Bands that are narrower than this share are those of rounding, of which no share has to be used."""

@@ -32,12 +32,13 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 import psutil
+from typer import echo
 
 from vrx_mj.autopilot import ArduPilot
 from vrx_mj.autopilot.ardupilot import FORMATS
 from vrx_mj.bar import Bar
 from vrx_mj.cli.bench_campaign import campaign_times
-from vrx_mj.cli.screen import print_table, show
+from vrx_mj.cli.screen import print_table
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.packages import needs_extra
 from vrx_mj.runtime.batch import Batch, Engine
@@ -202,7 +203,7 @@ def print_rows(rows: list[Row]) -> None:
     print_table("vrx-mj bench", ("name", "unit"), ("value", "budget", "ok"), texts)
     for row in rows:
         if row["missing"]:
-            show(f"{row['name']} is not measured: {row['missing']}", result=True)
+            echo(f"{row['name']} is not measured: {row['missing']}")
 
 
 def _figure(value: float | None) -> str:

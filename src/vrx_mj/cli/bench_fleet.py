@@ -9,8 +9,10 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from typer import echo
+
 from vrx_mj.cli.bench import DT, SEA, fleet, fresh_process, sailing
-from vrx_mj.cli.screen import print_table, show
+from vrx_mj.cli.screen import print_table
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.batch import Batch
 from vrx_mj.runtime.limits import process_memory
@@ -115,7 +117,7 @@ def print_fleet_table(rows: Sequence[_Row]) -> None:
     ]  # fmt: skip
     print_table("vrx-mj bench --fleet-table: one core, steps of 10 ms, sea and wind", (), heads, texts)
     for line in remarks(rows):
-        show(line, result=True)
+        echo(line)
 
 
 def remarks(rows: Sequence[_Row]) -> list[str]:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
+from typer import Argument, Option, echo
 
 from vrx_mj.bar import Bar
 from vrx_mj.cli.options import Fleet, above_zero, reads_files
@@ -24,17 +24,17 @@ if TYPE_CHECKING:
 
 _Worlds = Annotated[
     list[str],
-    typer.Option(
+    Option(
         metavar="<world>", help="A name, a file or a pattern, such as 'vrx2022/*' or 'seas/*.yaml'; may be repeated."
     ),
 ]
 _Controllers = Annotated[
     list[str] | None,
-    typer.Argument(metavar="CONTROLLER", help="module:function or module:Class; several are compared."),
+    Argument(metavar="CONTROLLER", help="module:function or module:Class; several are compared."),
 ]
 _Programs = Annotated[
     list[str] | None,
-    typer.Option(
+    Option(
         "--exec",
         metavar="<program>",
         help="A program that sails through ROS or ArduPilot, instead of a controller; may be repeated.",
@@ -42,26 +42,26 @@ _Programs = Annotated[
 ]
 _Duration = Annotated[
     float | None,
-    typer.Option(help="Simulated seconds of a trial; default: until the task is finished.", callback=above_zero()),
+    Option(help="Simulated seconds of a trial; default: until the task is finished.", callback=above_zero()),
 ]
 _Timeout = Annotated[
     float | None,
-    typer.Option(help="Wall-time limit of a trial [s]; default: its simulated time plus 60 s.", callback=above_zero()),
+    Option(help="Wall-time limit of a trial [s]; default: its simulated time plus 60 s.", callback=above_zero()),
 ]
 _Waits = Annotated[
     str | None,
-    typer.Option(help="With --exec: topics A,B that the simulation waits for; step: the service /vrx_mj/step."),
+    Option(help="With --exec: topics A,B that the simulation waits for; step: the service /vrx_mj/step."),
 ]
 _Vary = Annotated[
     list[str] | None,
-    typer.Option(
+    Option(
         metavar="NAME=LOW..HIGH",
         help="Draw a quantity for each seed, such as wind.mean_velocity=0..8; may be repeated.",
     ),
 ]
 _Ray = Annotated[
     str | None,
-    typer.Option(
+    Option(
         metavar="[<address>]", help="Run on the Ray cluster at this address; default: RAY_ADDRESS, or this machine."
     ),
 ]
@@ -71,23 +71,23 @@ _SHOWN_FAILURES = 10
 @reads_files
 def campaign(
     worlds: _Worlds,
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for results; a stopped campaign continues.")],
+    output: Annotated[Path, Option("--output", "-o", help="Folder for results; a stopped campaign continues.")],
     controllers: _Controllers = None,
     programs: _Programs = None,
-    seeds: Annotated[str, typer.Option(help="Seeds, as in 0..9 or 0,3,7.")] = "0",
+    seeds: Annotated[str, Option(help="Seeds, as in 0..9 or 0,3,7.")] = "0",
     vary: _Vary = None,
-    jobs: Annotated[int | None, typer.Option(min=1, help="Trials at a time; default: one for each core.")] = None,
-    against: Annotated[Path | None, typer.Option(help="Folder of an earlier campaign to compare with.")] = None,
+    jobs: Annotated[int | None, Option(min=1, help="Trials at a time; default: one for each core.")] = None,
+    against: Annotated[Path | None, Option(help="Folder of an earlier campaign to compare with.")] = None,
     fleet: Fleet = None,
     duration: _Duration = None,
     timeout: _Timeout = None,
-    record: Annotated[bool, typer.Option("--record", help="Keep a recording of every trial (.rrd).")] = False,
-    rate: Annotated[str | None, typer.Option(help="With --exec: simulated seconds per second, or max.")] = None,
+    record: Annotated[bool, Option("--record", help="Keep a recording of every trial (.rrd).")] = False,
+    rate: Annotated[str | None, Option(help="With --exec: simulated seconds per second, or max.")] = None,
     lockstep: _Waits = None,
-    rosbridge: Annotated[bool, typer.Option("--rosbridge", help="With --exec: rosbridge in every trial.")] = False,
-    ardupilot: Annotated[bool, typer.Option("--ardupilot", help="With --exec: ArduPilot's SITL, without ROS.")] = False,
+    rosbridge: Annotated[bool, Option("--rosbridge", help="With --exec: rosbridge in every trial.")] = False,
+    ardupilot: Annotated[bool, Option("--ardupilot", help="With --exec: ArduPilot's SITL, without ROS.")] = False,
     ray: _Ray = None,
-    restart: Annotated[bool, typer.Option("--restart", help="Discard the folder's results and start over.")] = False,
+    restart: Annotated[bool, Option("--restart", help="Discard the folder's results and start over.")] = False,
 ) -> None:
     """Sail controllers in many worlds, and compare their scores. Every controller sails every world with every seed.
 
@@ -167,7 +167,7 @@ def _carry_out(begun: "Campaign", engine: "Engine", page: "LivePage", rows: froz
 
     plan, left = begun.manifest.plan, begun.remaining
     if len(left) < len(plan.cells):
-        typer.echo(f"{begun.folder}: {len(plan.cells) - len(left)} of {len(plan.cells)} trials are finished", err=True)
+        show(f"{begun.folder}: {len(plan.cells) - len(left)} of {len(plan.cells)} trials are finished")
     trials = [replace(plan.trial(cell), rows=cell.controller in rows) for cell in left]
     with ResultStore(begun.folder, writes=True) as store, Bar("campaign", len(trials), "trials") as bar:
         page.refresh()
@@ -197,9 +197,9 @@ def _conclude(now: "Campaign", comparison: "Comparison | None", page: Path, *, s
     print_tables(now, comparison)
     cells, failed = now.manifest.plan.cells, sum(result.has_failed for result in now.results.values())
     counts = f"{len(now.results) - failed} of {len(cells)} trials finished, {failed} failed"
-    typer.echo(f"{counts}; page: {page}")
+    echo(f"{counts}; page: {page}")
     if stopped:
-        typer.echo("stopped; the same command continues from here", err=True)
+        show("stopped; the same command continues from here")
     if stopped or failed == len(cells):
         raise SystemExit(1)
 
@@ -242,7 +242,7 @@ def print_tables(campaign: "Campaign", comparison: "Comparison | None") -> None:
     _print_scores(campaign)
     for world in seedless_worlds(campaign.results.values()):
         seeds = len(campaign.manifest.plan.seeds)
-        show(f"{world}: all {seeds} seeds give the same motion; --vary draws weather or boats per seed", result=True)
+        echo(f"{world}: all {seeds} seeds give the same motion; --vary draws weather or boats per seed")
     if len(campaign.manifest.plan.controllers) > 1:
         _print_leaderboard(campaign)
     if comparison is not None:

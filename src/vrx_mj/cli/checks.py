@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
+from typer import Argument, Option, echo
 
 from vrx_mj.arguments import check_name
 from vrx_mj.bar import Bar
@@ -34,35 +34,29 @@ _OPTIONS = {
 """Options that each trial takes."""
 _Helm = Annotated[
     float | None,
-    typer.Option(
-        help="Fraction of full helm, at most 35 degrees; default: 1, in a zigzag 0.5.", callback=above_zero(1.0)
-    ),
+    Option(help="Fraction of full helm, at most 35 degrees; default: 1, in a zigzag 0.5.", callback=above_zero(1.0)),
 ]
 _Amount = Annotated[
     float | None,
-    typer.Option(
+    Option(
         help="Initial displacement of a decay; default: heave 0.1 m, at most half the mean draft, roll 10 degrees, "
         "pitch 5 degrees.",
         callback=above_zero(180.0),
     ),
 ]
-_Power = Annotated[
-    float | None, typer.Option(help="Power of the approach, 0 to 1; default 1.", callback=above_zero(1.0))
-]
-_Angle = Annotated[
-    float | None, typer.Option(help="Heading of a zigzag [degrees]; default 20.", callback=above_zero(90.0))
-]
+_Power = Annotated[float | None, Option(help="Power of the approach, 0 to 1; default 1.", callback=above_zero(1.0))]
+_Angle = Annotated[float | None, Option(help="Heading of a zigzag [degrees]; default 20.", callback=above_zero(90.0))]
 
 
 def trial(
-    name: Annotated[str, typer.Argument(metavar="TRIAL", help=f"One of {', '.join(_OPTIONS)}.")],
-    boat: Annotated[str, typer.Argument(metavar="BOAT", help="The robot: a name, or the path of its file.")],
+    name: Annotated[str, Argument(metavar="TRIAL", help=f"One of {', '.join(_OPTIONS)}.")],
+    boat: Annotated[str, Argument(metavar="BOAT", help="The robot: a name, or the path of its file.")],
     output: Folder = Path(),
-    world: Annotated[str | None, typer.Option(help="World; default: still water of profile marine.")] = None,
+    world: Annotated[str | None, Option(help="World; default: still water of profile marine.")] = None,
     power: _Power = None,
     helm: _Helm = None,
     angle: _Angle = None,
-    mode: Annotated[str | None, typer.Option(help="Mode of a decay: heave, roll or pitch; default roll.")] = None,
+    mode: Annotated[str | None, Option(help="Mode of a decay: heave, roll or pitch; default roll.")] = None,
     amount: _Amount = None,
 ) -> None:
     """Run a manoeuvring trial of a boat as ITTC and IMO define it. Write its figures as JSON, with a chart.
@@ -89,8 +83,8 @@ def trial(
     width = max(map(len, done.figures))
     for key, figure in done.figures.items():
         value = "-" if math.isnan(figure.value) else f"{figure.value:.4g}"
-        typer.echo(f"{key:<{width}}  {value:>9} {figure.unit:<6} {figure.meaning}")
-    typer.echo(f"{files[0]}, {files[1]}")
+        echo(f"{key:<{width}}  {value:>9} {figure.unit:<6} {figure.meaning}")
+    echo(f"{files[0]}, {files[1]}")
 
 
 def _arguments(name: str, given: dict[str, Any]) -> dict[str, Any]:
@@ -124,13 +118,11 @@ def _svg(done: "Trial", boat: str) -> str:
 
 
 def validate(
-    only: Annotated[
-        list[str] | None, typer.Option(metavar="<case>", help="Run only this case; may be repeated.")
-    ] = None,
-    case: Annotated[Path | None, typer.Option(help="Your own case (YAML), with --data.")] = None,
-    data: Annotated[Path | None, typer.Option(help="Your measurements (CSV).")] = None,
+    only: Annotated[list[str] | None, Option(metavar="<case>", help="Run only this case; may be repeated.")] = None,
+    case: Annotated[Path | None, Option(help="Your own case (YAML), with --data.")] = None,
+    data: Annotated[Path | None, Option(help="Your measurements (CSV).")] = None,
     quick: Annotated[
-        bool, typer.Option("--quick", help="Run only cases that together take a minute, once compiled.")
+        bool, Option("--quick", help="Run only cases that together take a minute, once compiled.")
     ] = False,
     output: Folder = Path("report"),
 ) -> None:
@@ -155,12 +147,10 @@ def validate(
         results = run_cases(cases, lambda number, begun: bar.update(number, begun.name))
     page = write_report(output, results, [each for each in CASES if each not in cases])
     _print(results)
-    typer.echo(f"page: {page}")
+    echo(f"page: {page}")
     inside, known, total = counts(results)
     kinds = "; ".join(f"{kind} {within} of {count}" for kind, within, count in evidence(results))
-    typer.echo(
-        f"{inside} of {total} inside" + f", {known} known to be outside" * bool(known) + f": {kinds}" * bool(kinds)
-    )
+    echo(f"{inside} of {total} inside" + f", {known} known to be outside" * bool(known) + f": {kinds}" * bool(kinds))
     if inside + known < total:
         raise SystemExit(1)
 
@@ -177,7 +167,7 @@ def _print(results: "Sequence[Result]") -> None:
         texts.append((result.case.name, Text(count, style=style), f"{result.seconds:.1f} s"))
     print_table("vrx-mj validate", ("case",), ("inside", "time"), texts)
     seconds, compiling = (sum(getattr(result, name) for result in results) for name in ("seconds", "compiling"))
-    show(f"{seconds:.0f} s" + f", and {compiling:.0f} s to compile, once" * (compiling >= 1.0), result=True)
+    echo(f"{seconds:.0f} s" + f", and {compiling:.0f} s to compile, once" * (compiling >= 1.0))
     for result in results:
         for line in _faults(result):
             show(line, None if line.startswith("known") else "red", result=True)

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-import typer
+from typer import Argument, Option, echo
 
 from vrx_mj.cli.files import NEW_KINDS, NEW_ROBOT, copy_robot_files, copy_start_file, listing
 from vrx_mj.cli.options import (
@@ -39,11 +39,11 @@ _DEMO_WORLD, _DEMO_FLEET, _DEMO_THRUST = "example_course", "trio", "left=0.5,rig
 _DEMO_NAME = "vrx-mj-demo"
 """Name of the recording in the current folder, without its suffix and the number that distinguishes later ones."""
 _BagFile = Annotated[
-    Path | None, typer.Option(help="Write the ROS topics to a bag: .bag (ROS 1), .mcap, or a folder (rosbag2).")
+    Path | None, Option(help="Write the ROS topics to a bag: .bag (ROS 1), .mcap, or a folder (rosbag2).")
 ]
 _BagTopics = Annotated[
     list[str] | None,
-    typer.Option(
+    Option(
         metavar="<topic>",
         help="Write these images and point clouds to the bag too, as in '/wamv/sensors/cameras/*'; may be repeated.",
     ),
@@ -61,7 +61,7 @@ def compile_(
     strict: Strict = False,
     simulator: Annotated[
         Literal["mujoco", "warp", "mjx"],
-        typer.Option("--for", help="Program that opens it; for MuJoCo Warp and MJX, what they refuse is left out."),
+        Option("--for", help="Program that opens it; for MuJoCo Warp and MJX, what they refuse is left out."),
     ] = "mujoco",
 ) -> None:
     """Compile a world to MJCF that plain MuJoCo opens. The assets it needs are written beside it.
@@ -73,8 +73,8 @@ def compile_(
     compiled = compile_source(world, arguments, fleet=fleet, seed=seed, nudge=nudge)
     scene = compiled.save(output, simulator=simulator)
     to_sail = f"; to sail it: vrx_mj.Simulation.load('{output}')" if simulator == "mujoco" else ""
-    typer.echo(f"{scene}: opens in {SIMULATORS[simulator].title}{to_sail}")
-    typer.echo("the boats fall in it: water, wind and thrust exist only in vrx_mj (vrx-mj run, vrx-mj view)")
+    echo(f"{scene}: opens in {SIMULATORS[simulator].title}{to_sail}")
+    echo("the boats fall in it: water, wind and thrust exist only in vrx_mj (vrx-mj run, vrx-mj view)")
 
 
 @reads_files
@@ -83,23 +83,23 @@ def run(
     arguments: Arguments = None,
     fleet: Fleet = None,
     duration: Annotated[
-        float | None, typer.Option(help="Simulated seconds; default: until the task is finished, 60 without a task.")
+        float | None, Option(help="Simulated seconds; default: until the task is finished, 60 without a task.")
     ] = None,
     seed: Seed = None,
     record: Record = None,
     control: Annotated[
-        str | None, typer.Option(help="Controller (module:function); replaces those that the fleet names.")
+        str | None, Option(help="Controller (module:function); replaces those that the fleet names.")
     ] = None,
     thrust: Annotated[
-        str | None, typer.Option(help="Constant commands, as in left=0.5,right=0.5; in N in profile vrx3.")
+        str | None, Option(help="Constant commands, as in left=0.5,right=0.5; in N in profile vrx3.")
     ] = None,
-    summary: Annotated[Path | None, typer.Option(help="Write the summary as JSON.")] = None,
+    summary: Annotated[Path | None, Option(help="Write the summary as JSON.")] = None,
     sensors: Annotated[
-        str | None, typer.Option(help="Record sensors too: all, or as in wamv1:front_left_camera@5,lidar_wamv (@: Hz).")
+        str | None, Option(help="Record sensors too: all, or as in wamv1:front_left_camera@5,lidar_wamv (@: Hz).")
     ] = None,
     bag: _BagFile = None,
     topic: _BagTopics = None,
-    follow: Annotated[str | None, typer.Option(help="The boat that the recording's camera follows.")] = None,
+    follow: Annotated[str | None, Option(help="The boat that the recording's camera follows.")] = None,
     nudge: Nudge = False,
     strict: Strict = False,
 ) -> None:
@@ -132,10 +132,10 @@ def _report(result: "Summary", summary: Path | None, record: Path | None, bag: P
     if summary is not None:
         write_file(summary, json.dumps(result.as_dict(), indent=1) + "\n", "the summary")
     if record is not None:
-        typer.echo(f"recording: {record}; {to_open(record)}")
+        echo(f"recording: {record}; {to_open(record)}")
     if bag is not None:
         files = [bag] if bag.is_file() else bag.glob("*")
-        typer.echo(f"bag: {bag} ({sum(file.stat().st_size for file in files) / 1e6:.3g} MB)")
+        echo(f"bag: {bag} ({sum(file.stat().st_size for file in files) / 1e6:.3g} MB)")
     if result.interrupted:
         raise SystemExit(1)
 
@@ -165,17 +165,15 @@ def view(
     arguments: Arguments = None,
     fleet: Fleet = None,
     boat: Annotated[
-        str | None, typer.Option(help="The boat that the keyboard drives at first; default: the first one.")
+        str | None, Option(help="The boat that the keyboard drives at first; default: the first one.")
     ] = None,
-    pace: Annotated[float, typer.Option(help="Simulated seconds per second.")] = 1.0,
+    pace: Annotated[float, Option(help="Simulated seconds per second.")] = 1.0,
     seed: Seed = None,
     control: Annotated[
-        str | None, typer.Option(help="Controller (module:function) of boats that the keyboard has not driven.")
+        str | None, Option(help="Controller (module:function) of boats that the keyboard has not driven.")
     ] = None,
-    thrust: Annotated[str | None, typer.Option(help="Constant commands until a key is pressed.")] = None,
-    browser: Annotated[
-        bool, typer.Option("--browser", help="Open in a browser, even where there is a display.")
-    ] = False,
+    thrust: Annotated[str | None, Option(help="Constant commands until a key is pressed.")] = None,
+    browser: Annotated[bool, Option("--browser", help="Open in a browser, even where there is a display.")] = False,
     nudge: Nudge = False,
 ) -> None:
     """Watch a world live, and drive its boats with the keyboard. Without a display it opens in a browser.
@@ -188,29 +186,27 @@ def view(
 
     steer = steering(control, thrust)
     sim = Simulation(compile_source(world, arguments, fleet=fleet, seed=seed, nudge=nudge))
-    open_view(sim, boat=boat, pace=pace, controller=steer(sim), browser=browser, write=typer.echo)
+    open_view(sim, boat=boat, pace=pace, controller=steer(sim), browser=browser, write=echo)
 
 
 def replay(
     recording: Recording,
-    video: Annotated[Path | None, typer.Option(help="Draw a video instead, into a .mp4, .webp or .gif file.")] = None,
+    video: Annotated[Path | None, Option(help="Draw a video instead, into a .mp4, .webp or .gif file.")] = None,
     coco: Annotated[
         Path | None,
-        typer.Option(help="Write the cameras' pictures, with boxes and masks, to a folder as a COCO data set instead."),
+        Option(help="Write the cameras' pictures, with boxes and masks, to a folder as a COCO data set instead."),
     ] = None,
     view: Annotated[
-        str, typer.Option(help="View of the video: chase, above, or both (above in a corner).", show_default=True)
+        str, Option(help="View of the video: chase, above, or both (above in a corner).", show_default=True)
     ] = "both",
     boat: Annotated[
-        str | None, typer.Option(help="The boat that the camera follows; for a data set, the boat with the cameras.")
+        str | None, Option(help="The boat that the camera follows; for a data set, the boat with the cameras.")
     ] = None,
-    size: Annotated[str | None, typer.Option(help="Size of the video [pixels], as in 1280x720.")] = None,
-    fps: Annotated[float | None, typer.Option(help="Pictures per second of the video.")] = None,
-    speed: Annotated[float, typer.Option(help="Simulated seconds per second of the video.")] = 1.0,
-    begin: Annotated[
-        float | None, typer.Option("--from", help="First simulated second of the video or data set.")
-    ] = None,
-    end: Annotated[float | None, typer.Option("--to", help="Last simulated second of the video or data set.")] = None,
+    size: Annotated[str | None, Option(help="Size of the video [pixels], as in 1280x720.")] = None,
+    fps: Annotated[float | None, Option(help="Pictures per second of the video.")] = None,
+    speed: Annotated[float, Option(help="Simulated seconds per second of the video.")] = 1.0,
+    begin: Annotated[float | None, Option("--from", help="First simulated second of the video or data set.")] = None,
+    end: Annotated[float | None, Option("--to", help="Last simulated second of the video or data set.")] = None,
 ) -> None:
     """Open a recording in rerun's viewer, or draw a video of it. Without a display the viewer opens in a browser.
 
@@ -219,7 +215,7 @@ def replay(
     Example: vrx-mj replay run.rrd --video run.mp4 --boat wamv2 --speed 2
     """
     from vrx_mj.recording import open_viewer, write_coco
-    from vrx_mj.recording.rrd_file import no_recording
+    from vrx_mj.recording.parts import no_recording
     from vrx_mj.recording.video import Shot, draw_video, parse_size
 
     if video is not None and coco is not None:
@@ -228,16 +224,16 @@ def replay(
         raise RecordError(no_recording(recording))
     if coco is not None:
         count = write_coco(recording, coco, boat=boat, begin=begin, end=end)
-        typer.echo(f"data set: {coco}, {count} pictures, annotations.json")
+        echo(f"data set: {coco}, {count} pictures, annotations.json")
         return
     if video is None:
-        raise SystemExit(open_viewer(recording, follow=boat, write=typer.echo))
-    typer.echo(draw_video(recording, video, Shot(view, boat, parse_size(size), fps, speed, begin, end)))
+        raise SystemExit(open_viewer(recording, follow=boat, write=echo))
+    echo(draw_video(recording, video, Shot(view, boat, parse_size(size), fps, speed, begin, end)))
 
 
 def compare(
     first: Recording,
-    second: Annotated[Path, typer.Argument(help="The recording to compare with (.rrd).")],
+    second: Annotated[Path, Argument(help="The recording to compare with (.rrd).")],
 ) -> None:
     """Compare the motion in two recordings, bit for bit.
 
@@ -249,17 +245,15 @@ def compare(
     from vrx_mj.recording import compare as compare_records
 
     result = compare_records(first, second)
-    typer.echo(str(result))
+    echo(str(result))
     if not result.equal:
         raise SystemExit(1)
 
 
 def list_(
-    kind: Annotated[
-        str, typer.Argument(help="What to list: worlds, fleets, robots, objects, docks or tasks.")
-    ] = "worlds",
-    names: Annotated[str, typer.Argument(help="Only names that match this pattern; * matches anything.")] = "*",
-    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Describe each one.")] = False,
+    kind: Annotated[str, Argument(help="What to list: worlds, fleets, robots, objects, docks or tasks.")] = "worlds",
+    names: Annotated[str, Argument(help="Only names that match this pattern; * matches anything.")] = "*",
+    verbose: Annotated[bool, Option("--verbose", "-v", help="Describe each one.")] = False,
 ) -> None:
     """List worlds, fleets, robots, objects, docks or tasks.
 
@@ -268,7 +262,7 @@ def list_(
     Example: vrx-mj list worlds 'vrx2022/*' --verbose
     """
     for line in listing(kind, names, verbose=verbose):
-        typer.echo(line)
+        echo(line)
 
 
 @reads_files
@@ -287,20 +281,18 @@ def map_(
     from vrx_mj.draw.map import draw_map
 
     draw_map(map_of(compile_source(world, arguments, fleet=fleet, nudge=nudge)), output)
-    typer.echo(f"map: {output}")
+    echo(f"map: {output}")
 
 
 def new(
-    kind: Annotated[str, typer.Argument(help=f"What to make: {', '.join(NEW_KINDS)} or robot.")],
-    name: Annotated[str, typer.Argument(help="Name of the new file, without suffix; for a robot, of its folder.")],
-    hull: Annotated[Path | None, typer.Option(help="Closed mesh of a robot [m]: x forward, z up.")] = None,
-    mass: Annotated[
-        float | None, typer.Option(help="Mass of the robot with --hull [kg].", callback=above_zero())
-    ] = None,
+    kind: Annotated[str, Argument(help=f"What to make: {', '.join(NEW_KINDS)} or robot.")],
+    name: Annotated[str, Argument(help="Name of the new file, without suffix; for a robot, of its folder.")],
+    hull: Annotated[Path | None, Option(help="Closed mesh of a robot [m]: x forward, z up.")] = None,
+    mass: Annotated[float | None, Option(help="Mass of the robot with --hull [kg].", callback=above_zero())] = None,
     thrusters: Annotated[
-        int, typer.Option(min=1, max=4, help="Thrusters of the robot with --hull, 1 to 4; a single one steers.")
+        int, Option(min=1, max=4, help="Thrusters of the robot with --hull, 1 to 4; a single one steers.")
     ] = 2,
-    center: Annotated[str | None, typer.Option(help="Its centre of mass: x,y,z [m] of the mesh.")] = None,
+    center: Annotated[str | None, Option(help="Its centre of mass: x,y,z [m] of the mesh.")] = None,
     scale: Scale = 1.0,
 ) -> None:
     """Copy a commented start file into the current folder. For a robot that is a folder, which sails as a fleet.
@@ -312,7 +304,7 @@ def new(
     if kind != "robot":
         if hull is not None:
             raise CommandError(f"--hull is for a robot, not for a {kind}")
-        typer.echo(f"{copy_start_file(kind, name)}: edit it, then use it by its path")
+        echo(f"{copy_start_file(kind, name)}: edit it, then use it by its path")
     elif hull is not None:
         from vrx_mj.cli.new_robot import make_robot
 
@@ -322,14 +314,14 @@ def new(
     else:
         folder = copy_robot_files(name)
         _, engines, components = (folder / file for file in NEW_ROBOT)
-        typer.echo(f"{folder}: edit its {', '.join(NEW_ROBOT)}, then")
-        typer.echo(f"vrx-mj robot check --thrusters '{engines}' --components '{components}'")
-        typer.echo(f"vrx-mj run ocean --fleet './{folder}'")
+        echo(f"{folder}: edit its {', '.join(NEW_ROBOT)}, then")
+        echo(f"vrx-mj robot check --thrusters '{engines}' --components '{components}'")
+        echo(f"vrx-mj run ocean --fleet './{folder}'")
 
 
 @reads_files
 def doctor(
-    world: Annotated[str | None, typer.Argument(help="A world to check too, with its fleet.")] = None,
+    world: Annotated[str | None, Argument(help="A world to check too, with its fleet.")] = None,
     fleet: Fleet = None,
     json_: Json = None,
 ) -> None:
@@ -348,7 +340,7 @@ def doctor(
     if json_ is not None:
         write_file(json_, json.dumps(as_json(rows), indent=1) + "\n", "the rows")
     if world is not None:
-        typer.echo(f"{world}{f' with {fleet}' if fleet else ''}: {'no errors found' if sound(rows) else 'see above'}")
+        echo(f"{world}{f' with {fleet}' if fleet else ''}: {'no errors found' if sound(rows) else 'see above'}")
     if not (healthy(rows) and sound(rows)):
         raise SystemExit(1)
 
@@ -356,10 +348,10 @@ def doctor(
 def bench(
     json_: Json = None,
     fleet_table: Annotated[
-        bool, typer.Option("--fleet-table", help="Measure fleets of 1 to 3000 boats instead, next to VRX's figures.")
+        bool, Option("--fleet-table", help="Measure fleets of 1 to 3000 boats instead, next to VRX's figures.")
     ] = False,
     recordings: Annotated[
-        bool, typer.Option("--recordings", help="Measure what recordings cost instead. It takes some minutes.")
+        bool, Option("--recordings", help="Measure what recordings cost instead. It takes some minutes.")
     ] = False,
 ) -> None:
     """Measure the speed of this machine against the budgets. It takes one or two minutes.
@@ -380,8 +372,8 @@ def bench(
 
 
 def score(
-    recording: Annotated[Path, typer.Argument(help="A recording (.rrd) of a world with a task.")],
-    events: Annotated[bool, typer.Option("--events", help="Print the referee's messages too.")] = False,
+    recording: Annotated[Path, Argument(help="A recording (.rrd) of a world with a task.")],
+    events: Annotated[bool, Option("--events", help="Print the referee's messages too.")] = False,
 ) -> None:
     """Score a recording again, with the task's own rules. The score equals that of the run.
 
@@ -391,18 +383,18 @@ def score(
 
     referee, lines = rescore(recording)
     for time, text, level in lines if events else ():
-        typer.echo(f"{time:8.2f} s  {level:5}  {text}")
+        echo(f"{time:8.2f} s  {level:5}  {text}")
     status = referee.status
-    typer.echo(score_line(referee.name, referee.type, status.phase, status.score, status.collisions, status.timed_out))
+    echo(score_line(referee.name, referee.type, status.phase, status.score, status.collisions, status.timed_out))
 
 
 def demo(
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="The recording; default: a new vrx-mj-demo.rrd here.")
+        Path | None, Option("--output", "-o", help="The recording; default: a new vrx-mj-demo.rrd here.")
     ] = None,
-    duration: Annotated[float, typer.Option(help="Simulated seconds.")] = 45.0,
+    duration: Annotated[float, Option(help="Simulated seconds.")] = 45.0,
     open_: Annotated[
-        bool, typer.Option("--open/--no-open", help="Open the recording in the viewer, where there is a display.")
+        bool, Option("--open/--no-open", help="Open the recording in the viewer, where there is a display.")
     ] = True,
 ) -> None:
     """Sail three boats into a recording, and open it in the viewer.
@@ -417,27 +409,24 @@ def demo(
     from vrx_mj.runtime.simulation import Simulation
 
     file = _free_name(output)
-    typer.echo(
-        f"world {_DEMO_WORLD}, fleet {_DEMO_FLEET}, {duration:g} s, thrust {_DEMO_THRUST}; "
-        f"recording: {file.absolute()}",
-        err=True,
-    )
+    said = f"world {_DEMO_WORLD}, fleet {_DEMO_FLEET}, {duration:g} s, thrust {_DEMO_THRUST}"
+    show(f"{said}; recording: {file.absolute()}")
     sim = Simulation(compile_world(_DEMO_WORLD, fleet=_DEMO_FLEET))
     result = sail(sim, steering(None, _DEMO_THRUST)(sim), duration, record=file)
-    typer.echo(f"sailed {result.sim_time:g} s in {result.wall_time:.1f} s: {pace_text(result.real_time_factor)}")
-    typer.echo("the same by hand: " + by_hand(file, duration))
+    echo(f"sailed {result.sim_time:g} s in {result.wall_time:.1f} s: {pace_text(result.real_time_factor)}")
+    echo("the same by hand: " + by_hand(file, duration))
     if result.interrupted:
-        typer.echo(f"interrupted; {to_open(file)}")
+        echo(f"interrupted; {to_open(file)}")
         raise SystemExit(1)
     from vrx_mj.draw.display import no_window
 
     reason = no_window(mujoco=False) if open_ else ""
     if reason is not None:
-        typer.echo(f"{reason}; {to_open(file)}" if reason else to_open(file))
+        echo(f"{reason}; {to_open(file)}" if reason else to_open(file))
         return
     from vrx_mj.recording import open_viewer
 
-    typer.echo("opening the viewer: close its window or press Ctrl-C to end")
+    echo("opening the viewer: close its window or press Ctrl-C to end")
     raise SystemExit(open_viewer(file))
 
 

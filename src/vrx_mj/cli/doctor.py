@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from rich.text import Text
+from typer import echo
 
 from vrx_mj.cli import EXTRAS, PACKAGES, missing_modules
 from vrx_mj.cli.screen import print_table, show
@@ -99,9 +100,9 @@ def print_rows(rows: list[Row]) -> None:
     print_table("vrx-mj doctor", ("what", "found", "works"), (), texts)
     for row in rows:
         if row.advice:
-            show(f"{row.what}: {row.advice}", result=True)
+            echo(f"{row.what}: {row.advice}")
     if healthy(rows):
-        show("Everything that vrx_mj needs works.", result=True)
+        echo("Everything that vrx_mj needs works.")
     else:
         show("vrx_mj cannot run here: see the rows marked no.", "red", result=True)
 
@@ -251,7 +252,7 @@ def viewer_row(
     """The viewer of rerun: there, running, and of the version of its package."""
     what, again = "rerun viewer", f"{install_command(requirement('rerun-sdk'))} --force-reinstall"
     try:
-        from vrx_mj.recording.rrd_file import viewer_binary, viewer_environment
+        from vrx_mj.recording.parts import viewer_binary, viewer_environment
 
         path, wanted = (find or viewer_binary)(), version("rerun-sdk")
         output = subprocess.run(

@@ -7,10 +7,12 @@ from itertools import groupby
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Annotated, get_args
 
-import typer
+from typer import Argument, Typer, echo
 
+from vrx_mj.arguments import check_name
 from vrx_mj.bar import Bar
 from vrx_mj.cli.options import Arguments, Folder, Strict, named_values, reads_files
+from vrx_mj.cli.screen import show
 from vrx_mj.config.kinds import KINDS
 from vrx_mj.config.search import catalogue
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, ignore_warnings, shorten
@@ -47,8 +49,7 @@ def listing(kind: str, pattern: str = "*", *, verbose: bool = False) -> Iterator
     if kind == "tasks":
         yield from _tasks(verbose=verbose)
         return
-    if kind not in KINDS:
-        raise UnknownNameError("kind of file", kind, (*KINDS, "tasks"))
+    check_name("kind of file", kind, (*KINDS, "tasks"))
     known = catalogue(kind)
     names = sorted(fnmatch.filter(known, pattern), key=lambda name: (PurePosixPath(name).parent, name))
     if known and not names:
@@ -201,7 +202,7 @@ def _new_path(kind: str, stem: Path, suffix: str = "") -> Path:
 
 @reads_files
 def import_(
-    source: Annotated[Path, typer.Argument(help="A world, launch file, boat or model, or a folder of them.")],
+    source: Annotated[Path, Argument(help="A world, launch file, boat or model, or a folder of them.")],
     output: Folder,
     arguments: Arguments = None,
     strict: Strict = False,
@@ -218,13 +219,13 @@ def import_(
     made = import_files(source, named_values(arguments))
     _write(made, output)
     counts = ", ".join(f"{made.count(fate)} {fate}" for fate in FATES)
-    typer.echo(f"{counts}: {output / TABLE}")
+    echo(f"{counts}: {output / TABLE}")
     for message in made.failed:
-        typer.echo(f"not read: {message}", err=True)
+        show(f"not read: {message}")
     for world, fleet in made.sails[:3]:
         paths = [str(output / name if name in made.texts else name) for name in (world, fleet) if name]
         words = [f'"{path}"' if " " in path else path for path in paths]  # in any shell
-        typer.echo(f"to sail: vrx-mj run {' --fleet '.join(words)}")
+        echo(f"to sail: vrx-mj run {' --fleet '.join(words)}")
     if strict and (made.failed or made.count("not read")):
         raise CommandError("--strict: some parts are not read")
 
@@ -242,12 +243,12 @@ def _write(made: "Imported", folder: Path) -> None:
     write_files(folder, files, "the import", replaces=is_ours, kind="of an import")
 
 
-app = typer.Typer(rich_markup_mode=None)
+app = Typer(rich_markup_mode=None)
 
 
 @app.command()
 def generate(
-    file: Annotated[str, typer.Argument(help="Path of an axes file (YAML).")],
+    file: Annotated[str, Argument(help="Path of an axes file (YAML).")],
     output: Folder,
 ) -> None:
     """Write the worlds of an axes file, and print the steps of each. If one is invalid, none is written.
@@ -278,9 +279,9 @@ def generate(
         output, texts, "the world", replaces=lambda name: begins(output / name, HEAD), kind="a world of a series"
     )
     for line in table(made):
-        typer.echo(line)
+        echo(line)
     first = output / f"{made[0].name}.yaml"
-    typer.echo(f"{len(made)} world{'s' * (len(made) > 1)} in {output}; to sail the first: vrx-mj run {first}")
+    echo(f"{len(made)} world{'s' * (len(made) > 1)} in {output}; to sail the first: vrx-mj run {first}")
 
 
 def table(made: Sequence["SeriesWorld"]) -> Iterator[str]:

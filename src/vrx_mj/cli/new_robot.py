@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import typer
+from typer import echo
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.cli.files import new_folder
@@ -48,7 +48,7 @@ def make_robot(name: str, mesh: Path, mass: float, engines: int, center: str | N
     folder = new_folder(name)
     _write(folder, boat)
     for line in _lines(folder, boat):
-        typer.echo(line)
+        echo(line)
 
 
 def simplify(corners: FloatArray) -> FloatArray:

@@ -9,7 +9,7 @@ from functools import update_wrapper
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
-import typer
+from typer import Argument, CallbackParam, Option
 
 from vrx_mj.config.search import MISSING, OWN_PATH, PACKAGE_PATH
 from vrx_mj.errors import CommandError, VrxError, VrxWarning
@@ -19,42 +19,38 @@ if TYPE_CHECKING:
 
 World = Annotated[
     str,
-    typer.Argument(
+    Argument(
         help="Name of a world (see vrx-mj list worlds), or path of its YAML, of a world or launch file, or of a "
         "folder with one, such as a catkin workspace."
     ),
 ]
 Arguments = Annotated[
     list[str] | None,
-    typer.Argument(
+    Argument(
         metavar="[FILE] [NAME:=VALUE]...",
         help="As with roslaunch: a file in that folder or package, and arguments of a launch file or xacro.",
     ),
 ]
 Fleet = Annotated[
     str | None,
-    typer.Option(help="Name of a fleet or path of its YAML, URDF or launch file; default: one boat."),
+    Option(help="Name of a fleet or path of its YAML, URDF or launch file; default: one boat."),
 ]
-Nudge = Annotated[
-    bool, typer.Option("--nudge", help="Move boats that start on land, docks or each other to free water.")
-]
-Seed = Annotated[int | None, typer.Option(help="Seed of waves, gusts and noise; default: the world's.")]
+Nudge = Annotated[bool, Option("--nudge", help="Move boats that start on land, docks or each other to free water.")]
+Seed = Annotated[int | None, Option(help="Seed of waves, gusts and noise; default: the world's.")]
 _Packages = Annotated[
     list[Path] | None,
-    typer.Option(
-        metavar="<folder>", help="A ROS package with a robot's files, or a folder of packages; may be repeated."
-    ),
+    Option(metavar="<folder>", help="A ROS package with a robot's files, or a folder of packages; may be repeated."),
 ]
 _Allowed = Annotated[
     list[Path] | None,
-    typer.Option(
+    Option(
         metavar="<folder>",
         help="Let files refer to files in this folder, like an entry of VRX_MJ_PATH; may be repeated.",
     ),
 ]
 _Ignored = Annotated[
     Literal["error", "ignore"] | None,
-    typer.Option(
+    Option(
         help="Missing packages of a launch file or xacro: error (the default), or ignore, which leaves out what they "
         "contain."
     ),
@@ -83,10 +79,10 @@ _LEFT_OUT_BY_CAMPAIGN = {"--ray": ("", r"auto|local|[^-]\S*:\d+")}
 _T = TypeVar("_T")
 
 
-def above_zero(most: float = MAX_NUMBER) -> Callable[[typer.CallbackParam, float | None], float | None]:
+def above_zero(most: float = MAX_NUMBER) -> Callable[[CallbackParam, float | None], float | None]:
     """A check that an option's number, if given, is above 0 and at most `most`. CommandError: it is not."""
 
-    def check(param: typer.CallbackParam, value: float | None) -> float | None:
+    def check(param: CallbackParam, value: float | None) -> float | None:
         if value is not None and not 0.0 < value <= most:
             limit = f", at most {most:g}," if value > 0.0 else ""
             raise CommandError(f"invalid {param.opts[0]} '{value:g}': a number above 0{limit} is needed")
@@ -95,7 +91,7 @@ def above_zero(most: float = MAX_NUMBER) -> Callable[[typer.CallbackParam, float
     return check
 
 
-Scale = Annotated[float, typer.Option(help="Scale factor of the mesh, such as 0.001 for mm.", callback=above_zero())]
+Scale = Annotated[float, Option(help="Scale factor of the mesh, such as 0.001 for mm.", callback=above_zero())]
 
 
 def _be_strict(strict: bool) -> bool:
@@ -109,13 +105,13 @@ def _be_strict(strict: bool) -> bool:
 
 Strict = Annotated[
     bool,
-    typer.Option("--strict", help="Treat warnings and unread parts as errors.", callback=_be_strict),
+    Option("--strict", help="Treat warnings and unread parts as errors.", callback=_be_strict),
 ]
-Output = Annotated[Path, typer.Option("--output", "-o", help="The file or folder to write.")]
-Folder = Annotated[Path, typer.Option("--output", "-o", help="The folder to write.")]
-Record = Annotated[Path | None, typer.Option(help="Write a recording for rerun (.rrd).")]
-Recording = Annotated[Path, typer.Argument(help="A recording (.rrd).")]
-Json = Annotated[Path | None, typer.Option("--json", help="Write the table as JSON.")]
+Output = Annotated[Path, Option("--output", "-o", help="The file or folder to write.")]
+Folder = Annotated[Path, Option("--output", "-o", help="The folder to write.")]
+Record = Annotated[Path | None, Option(help="Write a recording for rerun (.rrd).")]
+Recording = Annotated[Path, Argument(help="A recording (.rrd).")]
+Json = Annotated[Path | None, Option("--json", help="Write the table as JSON.")]
 
 
 def put_first(folders: Sequence[Path], variable: str, option: str) -> None:

@@ -20,16 +20,18 @@ from pathlib import Path
 from pkgutil import resolve_name
 from typing import Annotated, Any, Literal, NamedTuple, cast, get_args, get_origin
 
-import typer
+from typer import Abort, BadParameter, Context, Exit, Option, Typer, echo
 from typer.core import TyperCommand, TyperGroup
+from typer.main import get_command, get_group
 
+from vrx_mj.arguments import check_name
 from vrx_mj.cli.options import with_default_port
 from vrx_mj.cli.screen import show_error, warn_once
 from vrx_mj.errors import ChoiceError, CommandError, DivergedError, UnknownNameError, VrxError, VrxWarning
 from vrx_mj.packages import MissingPackageError
 from vrx_mj.signals import ended_by_signals
 
-_UsageError: type[Exception] = typer.BadParameter.__mro__[1]
+_UsageError: type[Exception] = BadParameter.__mro__[1]
 """Error of typer about a command line that no command takes; it exports the subclass alone."""
 _EXAMPLE = "Example: "
 _HEADING = re.compile(r"^\S.*:$", re.MULTILINE)
@@ -100,8 +102,8 @@ class Conversion:
 
     def _one(self, word: Any, param: Any) -> Any:
         named = param.opts[0] if param.param_type_name == "option" else param.name.upper()
-        if self._choices and word not in self._choices:
-            raise UnknownNameError(f"value of {named}", word, self._choices)
+        if self._choices:
+            check_name(f"value of {named}", word, self._choices)
         if isinstance(word, self.kind):
             return word
         try:
@@ -162,8 +164,8 @@ class Group(_Light, TyperGroup):
     def parse_args(self, ctx: Any, args: list[str]) -> Any:
         """Take the arguments; without any, show the help."""
         if not args and self.no_args_is_help and not ctx.resilient_parsing:
-            typer.echo(ctx.get_help())
-            raise typer.Exit
+            echo(ctx.get_help())
+            raise Exit
         return super().parse_args(ctx, args)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
@@ -244,14 +246,14 @@ def load_command(name: str) -> Command | Group:
     """The click command of a name, from its module."""
     entry = COMMANDS[name]
     found = resolve_name(f"vrx_mj.cli.{entry.home}")
-    owner = typer.Typer(rich_markup_mode=None)
-    if isinstance(found, typer.Typer):
+    owner = Typer(rich_markup_mode=None)
+    if isinstance(found, Typer):
         for each in found.registered_commands:
             each.cls = Command
         owner.add_typer(found, name=name, cls=Group, help=entry.summary, no_args_is_help=True)
     else:
         owner.command(name, cls=Command)(found)
-    return cast(Command | Group, typer.main.get_group(owner).commands[name])
+    return cast(Command | Group, get_group(owner).commands[name])
 
 
 class Program(Group):
@@ -287,15 +289,15 @@ def _print_version(wanted: bool) -> None:
             parts.insert(0, f"{name} {version(name)}")
         except PackageNotFoundError:
             parts.insert(0, f"{name} not installed")
-    typer.echo(f"vrx-mj {__version__} ({', '.join(parts)})")
-    raise typer.Exit
+    echo(f"vrx-mj {__version__} ({', '.join(parts)})")
+    raise Exit
 
 
 def _program(
-    ctx: typer.Context,
+    ctx: Context,
     version: Annotated[
         bool,
-        typer.Option(
+        Option(
             "--version",
             help="Show the versions of vrx-mj and of what it runs on.",
             is_eager=True,
@@ -304,10 +306,10 @@ def _program(
     ] = False,
 ) -> None:
     if ctx.invoked_subcommand is None:
-        typer.echo(overview(), nl=False)
+        echo(overview(), nl=False)
 
 
-app = typer.Typer(
+app = Typer(
     name="vrx-mj",
     cls=Program,
     help=_ABOUT,
@@ -325,7 +327,7 @@ def main() -> None:
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")
     with ended_by_signals() as came:
-        code = _code(typer.main.get_command(app), with_default_port(sys.argv[1:]))
+        code = _code(get_command(app), with_default_port(sys.argv[1:]))
     gc.freeze()  # at exit Python would search some 700,000 objects for garbage: 0.4 s
     raise SystemExit(128 + came[0] if came and code == _CTRL_C else code)
 
@@ -347,7 +349,7 @@ def _code(command: Any, words: list[str]) -> int:
         file = f" '{error.filename}'" if error.filename else ""
         show_error(f"a file{file} cannot be used: {error.strerror or error}")
         return 1
-    except (KeyboardInterrupt, typer.Abort):
+    except (KeyboardInterrupt, Abort):
         return _CTRL_C
     return code if isinstance(code, int) else 0
 

@@ -7,12 +7,13 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
+from typer import Argument, Option, Typer, echo
 
+from vrx_mj.arguments import check_name
 from vrx_mj.bar import Bar
 from vrx_mj.cli.options import MAX_NUMBER, Scale, above_zero, named_values, reads_files
 from vrx_mj.cli.screen import print_table
-from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, quote
+from vrx_mj.errors import CommandError, VrxError, VrxWarning, quote
 from vrx_mj.outputs import atomic_write, write_file, writing
 
 if TYPE_CHECKING:
@@ -21,28 +22,26 @@ if TYPE_CHECKING:
     from vrx_mj.formats.parts.read import Parameter, PartType
     from vrx_mj.mjcf.flotation import HullSheet
 
-app = typer.Typer(rich_markup_mode=None)
-_Thrusters = Annotated[Path | None, typer.Option(help="Thruster file (YAML).")]
+app = Typer(rich_markup_mode=None)
+_Thrusters = Annotated[Path | None, Option(help="Thruster file (YAML).")]
 _Components = Annotated[
     Path | None,
-    typer.Option("--components", "--sensor-yaml", help="Component file (YAML), --sensor-yaml in VRX until 1.5."),
+    Option("--components", "--sensor-yaml", help="Component file (YAML), --sensor-yaml in VRX until 1.5."),
 ]
-_RuleSet = Annotated[str, typer.Option(help="Rule set: classic, jazzy or 2019.")]
+_RuleSet = Annotated[str, Option(help="Rule set: classic, jazzy or 2019.")]
 
 
 @app.command()
 def build(
-    output: Annotated[Path, typer.Option("--output", "-o", help="The URDF to write.")],
+    output: Annotated[Path, Option("--output", "-o", help="The URDF to write.")],
     thrusters: _Thrusters = None,
     components: _Components = None,
-    layout: Annotated[str | None, typer.Option(help="H, T or X, instead of a thruster file.")] = None,
-    namespace: Annotated[str, typer.Option(help="Prefix of links, joints, frames and topics.")] = "wamv",
+    layout: Annotated[str | None, Option(help="H, T or X, instead of a thruster file.")] = None,
+    namespace: Annotated[str, Option(help="Prefix of links, joints, frames and topics.")] = "wamv",
     locked: Annotated[
-        bool, typer.Option("--locked", help="Fix the position: the boat only heaves, rolls and pitches.")
+        bool, Option("--locked", help="Fix the position: the boat only heaves, rolls and pitches.")
     ] = False,
-    mjcf: Annotated[
-        Path | None, typer.Option(help="Write MJCF too, with its meshes in the folder assets beside it.")
-    ] = None,
+    mjcf: Annotated[Path | None, Option(help="Write MJCF too, with its meshes in the folder assets beside it.")] = None,
 ) -> None:
     """Build the URDF of a boat from thruster and component files, as VRX's generate_wamv.launch does.
 
@@ -64,7 +63,7 @@ def build(
         output.absolute().parent.mkdir(parents=True, exist_ok=True)
         draft.write_text(urdf, encoding="utf-8", newline="\n")
     engines_of = f"layout {layout}" if engines is None else engines.path
-    typer.echo(f"{output}: {namespace}, built from {engines_of} and {parts.path}")
+    echo(f"{output}: {namespace}, built from {engines_of} and {parts.path}")
     if mjcf is not None:
         _write_mjcf(urdf, output, mjcf, namespace)
     if reasons := judge(parts, engines).reasons:
@@ -85,7 +84,7 @@ def _write_mjcf(urdf: str, file: Path, output: Path, namespace: str) -> None:
     if boat.warnings:
         warnings.warn("; ".join(boat.warnings), VrxWarning, stacklevel=2)
     save_robot(boat, output, name=namespace)
-    typer.echo(f"{output}: opens in MuJoCo, without water and thrust; to sail the boat, name it in a fleet file")
+    echo(f"{output}: opens in MuJoCo, without water and thrust; to sail the boat, name it in a fleet file")
 
 
 @app.command()
@@ -93,7 +92,7 @@ def check(
     components: _Components = None,
     thrusters: _Thrusters = None,
     rules: _RuleSet = "classic",
-    picture: Annotated[Path | None, typer.Option(help="Draw the boxes and parts (.png, .pdf or .svg).")] = None,
+    picture: Annotated[Path | None, Option(help="Draw the boxes and parts (.png, .pdf or .svg).")] = None,
 ) -> None:
     """Check every part of a boat against the rules. The exit code is 1 if the boat is not compliant.
 
@@ -115,14 +114,14 @@ def check(
 
         with writing("the picture", picture):
             draw_verdict(verdict, picture)
-        typer.echo(f"picture: {picture}")
+        echo(f"picture: {picture}")
     if not verdict.compliant:
         raise SystemExit(1)
 
 
 @app.command()
 def parts(
-    type_: Annotated[str | None, typer.Argument(metavar="TYPE", help="One type of part; default: all.")] = None,
+    type_: Annotated[str | None, Argument(metavar="TYPE", help="One type of part; default: all.")] = None,
     rules: _RuleSet = "classic",
 ) -> None:
     """List the types of parts that files may have, with their parameters, defaults, units and limits.
@@ -133,25 +132,25 @@ def parts(
     from vrx_mj.formats.parts.read import part_types
 
     types = part_types()
-    if type_ is not None and type_ not in types:
-        raise UnknownNameError("type of part", type_, types)
+    if type_ is not None:
+        check_name("type of part", type_, types)
     book = load_rules(rules)
     for name in [type_] if type_ else types:
         _print_type(types[name], book)
         for line in ("", *_limits(types[name], book), ""):
-            typer.echo(line)
+            echo(line)
 
 
 @app.command()
 @reads_files
 def show(
-    robot: Annotated[str, typer.Argument(help="A URDF, xacro or SDF, the folder of one, or the name of a robot.")],
+    robot: Annotated[str, Argument(help="A URDF, xacro or SDF, the folder of one, or the name of a robot.")],
     arguments: Annotated[
-        list[str] | None, typer.Argument(metavar="[NAME:=VALUE]...", help="Arguments of the robot's xacro.")
+        list[str] | None, Argument(metavar="[NAME:=VALUE]...", help="Arguments of the robot's xacro.")
     ] = None,
     record: Annotated[
         Path | None,
-        typer.Option(help="Write a recording for rerun (.rrd) instead; without a display: NAME_joints.rrd."),
+        Option(help="Write a recording for rerun (.rrd) instead; without a display: NAME_joints.rrd."),
     ] = None,
 ) -> None:
     """Show a robot in MuJoCo's viewer, its joints as sliders under 'Control' on the right.
@@ -169,7 +168,7 @@ def show(
 
     found = robot_of(Order(robot=robot, arguments=tuple(named_values(arguments).items())))
     model = jointed_model(found)
-    typer.echo(f"{found.name}: {len(found.links)} links, {model.njnt} of {len(found.joints)} joints move")
+    echo(f"{found.name}: {len(found.links)} links, {model.njnt} of {len(found.joints)} joints move")
     reason = None if record else no_window()
     if record is None and reason is None:
         show_joints(model)
@@ -178,31 +177,29 @@ def show(
 
     file = record or Path(f"{Path(robot).name.partition('.')[0] or 'robot'}_joints.rrd")
     save_joints(model, found.name, file)
-    typer.echo(f"no sliders, as the viewer cannot open: {reason}" if reason else "no sliders: they need the viewer")
-    typer.echo(f"{file}: each joint moves in turn; open it with: rerun {file}")
+    echo(f"no sliders, as the viewer cannot open: {reason}" if reason else "no sliders: they need the viewer")
+    echo(f"{file}: each joint moves in turn; open it with: rerun {file}")
 
 
 @app.command()
 def hydro(
-    mesh: Annotated[Path, typer.Argument(help="Closed mesh of the hull [m]: x forward, y left, z up.")],
-    mass: Annotated[float, typer.Option(help="Mass of the boat [kg].", callback=above_zero())],
-    center: Annotated[str, typer.Option(help="Centre of mass in the mesh's axes: x,y,z [m].")] = "0,0,0",
-    density: Annotated[float, typer.Option(help="Density of the water [kg/m3].", callback=above_zero())] = 1025.0,
+    mesh: Annotated[Path, Argument(help="Closed mesh of the hull [m]: x forward, y left, z up.")],
+    mass: Annotated[float, Option(help="Mass of the boat [kg].", callback=above_zero())],
+    center: Annotated[str, Option(help="Centre of mass in the mesh's axes: x,y,z [m].")] = "0,0,0",
+    density: Annotated[float, Option(help="Density of the water [kg/m3].", callback=above_zero())] = 1025.0,
     scale: Scale = 1.0,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the sheet as JSON too.")] = None,
+    output: Annotated[Path | None, Option("--output", "-o", help="Write the sheet as JSON too.")] = None,
     bem: Annotated[
         Path | None,
-        typer.Option(
+        Option(
             metavar="FILE", help="Write added mass, radiation and diffraction by Capytaine, for `hull: {hydro: FILE}`."
         ),
     ] = None,
-    frequencies: Annotated[int, typer.Option(min=10, max=500, help="Number of frequencies of --bem.")] = 40,
-    panels: Annotated[
-        int, typer.Option(min=50, max=2000, help="Number of wet panels of --bem, before any is halved.")
-    ] = 150,
+    frequencies: Annotated[int, Option(min=10, max=500, help="Number of frequencies of --bem.")] = 40,
+    panels: Annotated[int, Option(min=50, max=2000, help="Number of wet panels of --bem, before any is halved.")] = 150,
     tolerance: Annotated[
         float,
-        typer.Option(min=0.001, max=1, help="Halve the panels of --bem until forces change by at most this share."),
+        Option(min=0.001, max=1, help="Halve the panels of --bem until forces change by at most this share."),
     ] = 0.02,
 ) -> None:
     """Print the hydrostatics of a hull: displacement, centres, metacentric heights, righting arms to 180 degrees.
@@ -220,7 +217,7 @@ def hydro(
     for note in flotation_at(corners, sheet.waterline).remarks(np.array(sheet.center_of_mass), "--center"):
         warnings.warn(f"mesh {mesh.name}: {note}", VrxWarning, stacklevel=1)
     for line in _sheet_lines(sheet):
-        typer.echo(line)
+        echo(line)
     if output is not None:
         write_file(output, json.dumps(asdict(sheet), indent=1) + "\n", "the sheet")
     if bem is not None:
@@ -262,10 +259,10 @@ def _write_bem(
     table |= {"displacement": sheet.mass, "waterline": sheet.waterline}
     write_file(file, json.dumps(table) + "\n", "radiation and diffraction")
     change, last = table["mesh_error"], table["frequencies"][-1]
-    typer.echo(f"{file}: {table['program']}, to {last:.3g} rad/s")
-    typer.echo(f"  memory of {len(table['poles'])} poles: {table['fit_error']:.1%} off the computed radiation")
+    echo(f"{file}: {table['program']}, to {last:.3g} rad/s")
+    echo(f"  memory of {len(table['poles'])} poles: {table['fit_error']:.1%} off the computed radiation")
     halved = "unknown: too many panels" if change is None else f"up to {change:.1%} of a force"
-    typer.echo(f"  change by halving the panels: {halved}")
+    echo(f"  change by halving the panels: {halved}")
     if change is None or change > tolerance:
         limit = f"more than the requested {tolerance:.1%}" if change else "the error is unknown"
         warnings.warn(f"{file}: {limit}, and finer panels are too many: simplify the mesh", VrxWarning, stacklevel=2)
@@ -319,7 +316,7 @@ def print_verdict(verdict: "Verdict") -> None:
     if rows:
         print_table(f"rules of {verdict.rules.description}", ("part", "name", "x y z [m]", "verdict"), (), rows)
     for line in _conclusion(verdict):
-        typer.echo(line)
+        echo(line)
 
 
 def _verdict_lines(part: "PartVerdict") -> Iterator[str]:

@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-import typer
+from typer import Argument, Option, Typer, echo
 
 from vrx_mj.bar import Bar
 from vrx_mj.cli import missing_modules
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from vrx_mj.runtime.simulation import Simulation
 
 
-app = typer.Typer(rich_markup_mode=None)
+app = Typer(rich_markup_mode=None)
 _DEFAULT_URL = "ws://127.0.0.1:9090"
 _COLORS = {"WARN": "yellow", "ERROR": "red"}
 
@@ -68,7 +68,7 @@ def messages(output: Folder) -> None:
     for line in lines:
         show(line)
     for line in written.exports:
-        typer.echo(line)
+        echo(line)
 
 
 @app.command()
@@ -76,7 +76,7 @@ def packages(
     output: Folder,
     over: Annotated[
         Path | None,
-        typer.Option(help="Your workspace with VRX's packages: links make your files in them available too."),
+        Option(help="Your workspace with VRX's packages: links make your files in them available too."),
     ] = None,
 ) -> None:
     """Write ROS 1 packages with VRX's launch files, which start vrx-mj serve, and print the line that sets their path.
@@ -95,17 +95,17 @@ def packages(
     show(f"{output}: {', '.join(write_launch_packages(output, over))}")
     show("paste into every shell, or into ~/.bashrc:")
     top = shlex.quote(str(output.absolute()))
-    typer.echo(f"export ROS_PACKAGE_PATH={top}${{ROS_PACKAGE_PATH:+:$ROS_PACKAGE_PATH}}")
+    echo(f"export ROS_PACKAGE_PATH={top}${{ROS_PACKAGE_PATH:+:$ROS_PACKAGE_PATH}}")
 
 
 def convert(
     recording: Recording,
     target: Annotated[
         Path,
-        typer.Argument(help="A bag: .bag (ROS 1), .mcap, or a folder (rosbag2); or .csv, .parquet, .gpx or .geojson."),
+        Argument(help="A bag: .bag (ROS 1), .mcap, or a folder (rosbag2); or .csv, .parquet, .gpx or .geojson."),
     ],
     table: Annotated[
-        str, typer.Option(help="What .csv and .parquet hold: motion, thrust, wind, contacts or events.")
+        str, Option(help="What .csv and .parquet hold: motion, thrust, wind, contacts or events.")
     ] = "motion",
 ) -> None:
     """Convert a recording to a bag, a table or tracks.
@@ -125,19 +125,19 @@ def convert(
         kinds = ", ".join((".bag", ".mcap", *SUFFIXES))
         raise CommandError(f"invalid target '{target}'; allowed: {kinds}, or a folder without a suffix (rosbag2)")
     if target.suffix.lower() in SUFFIXES:
-        typer.echo(f"{target}: {write_table(recording, target, table)} rows")
+        echo(f"{target}: {write_table(recording, target, table)} rows")
         return
     with importing("a ROS message", "rosbags", "ros1"):
         from vrx_mj.ros.convert import convert as write_bag
     with Bar("converting", 0.0, "s") as shown:
         count = write_bag(recording, target, lambda done, total: shown.update(done, total=total))
-    typer.echo(f"{target}: {count} messages")
+    echo(f"{target}: {count} messages")
 
 
 def teleop(
-    boat: Annotated[str | None, typer.Option(help="The boat to drive at first; default: the first one.")] = None,
-    url: Annotated[str, typer.Option(help="Address of the rosbridge.")] = _DEFAULT_URL,
-    web: Annotated[int | None, typer.Option(help="Serve a web page to drive from; default port: 8090.")] = None,
+    boat: Annotated[str | None, Option(help="The boat to drive at first; default: the first one.")] = None,
+    url: Annotated[str, Option(help="Address of the rosbridge.")] = _DEFAULT_URL,
+    web: Annotated[int | None, Option(help="Serve a web page to drive from; default port: 8090.")] = None,
 ) -> None:
     """Drive a boat of a served world. The keys are those of VRX; --web serves a page to drive from.
 
@@ -166,19 +166,19 @@ def _serve_page(port: int, url: str, boat: str | None) -> None:
     with PageServer(port, url, boat) as server, contextlib.suppress(KeyboardInterrupt):
         ports = (server.server_address[1], urlsplit(url).port or 80)
         tunnel = " ".join(f"-L {number}:127.0.0.1:{number}" for number in ports)
-        typer.echo(f"Open {server.page}")
-        typer.echo(f"It drives the world at {url}, and is for this machine only. Ctrl-C stops.")
-        typer.echo(f"From another machine, first: ssh {tunnel} this-machine")
+        echo(f"Open {server.page}")
+        echo(f"It drives the world at {url}, and is for this machine only. Ctrl-C stops.")
+        echo(f"From another machine, first: ssh {tunnel} this-machine")
         if not reaches(url):
-            typer.echo(f"nothing answers at {url} yet; start a world there: vrx-mj serve WORLD --rosbridge", err=True)
+            show(f"nothing answers at {url} yet; start a world there: vrx-mj serve WORLD --rosbridge")
         server.serve_forever(poll_interval=0.2)
 
 
-_Rosbridge = Annotated[int | None, typer.Option(help="Serve rosbridge v2; default port: 9090.")]
-_Foxglove = Annotated[int | None, typer.Option(help="Serve the viewers Foxglove and Lichtblick; default port: 8765.")]
+_Rosbridge = Annotated[int | None, Option(help="Serve rosbridge v2; default port: 9090.")]
+_Foxglove = Annotated[int | None, Option(help="Serve the viewers Foxglove and Lichtblick; default port: 8765.")]
 _Sitl = Annotated[
     str | None,
-    typer.Option(
+    Option(
         metavar="<boat:port,...>",
         help="Let ArduPilot's SITL sail boats in lock-step, each on its UDP port; default: all boats, the first on "
         "9002, each further one 10 above.",
@@ -186,7 +186,7 @@ _Sitl = Annotated[
 ]
 _Nmea = Annotated[
     str | None,
-    typer.Option(
+    Option(
         metavar="<[boat:]port,...>",
         help="Send NMEA 0183 and AIS of the first boat, or of those named, to chart plotters by UDP and TCP; default "
         "port: 10110.",
@@ -194,32 +194,30 @@ _Nmea = Annotated[
 ]
 _Waits = Annotated[
     str | None,
-    typer.Option(help="Topics A,B that the simulation waits for after every /clock; step: the service /vrx_mj/step."),
+    Option(help="Topics A,B that the simulation waits for after every /clock; step: the service /vrx_mj/step."),
 ]
 _Completion = Annotated[
     bool,
-    typer.Option(
-        "--exit-on-completion", envvar="VRX_EXIT_ON_COMPLETION", help="End when the world's task is finished."
-    ),
+    Option("--exit-on-completion", envvar="VRX_EXIT_ON_COMPLETION", help="End when the world's task is finished."),
 ]
 _Origins = Annotated[
     list[str] | None,
-    typer.Option(
+    Option(
         metavar="<origin>",
         help="Let pages of this site use rosbridge, as in https://app.foxglove.dev; may be repeated; default: only "
         "pages of this machine.",
     ),
 ]
-_Truth = Annotated[bool, typer.Option("--truth", help="Publish the true poses of the boats in /tf, in the frame map.")]
+_Truth = Annotated[bool, Option("--truth", help="Publish the true poses of the boats in /tf, in the frame map.")]
 _CmdVel = Literal["thrust", "velocity", "off"]
 _Localized = Annotated[
     Literal["truth", "navigator"] | None,
-    typer.Option(
+    Option(
         help="Publish each boat's pose as robot_localization does: navigator (the default), from its GPS and IMU, or "
         "truth."
     ),
 ]
-_Duration = Annotated[float | None, typer.Option(help="End after this many simulated seconds; default: never.")]
+_Duration = Annotated[float | None, Option(help="End after this many simulated seconds; default: never.")]
 
 
 @reads_files
@@ -227,21 +225,21 @@ def serve(
     world: World,
     arguments: Arguments = None,
     fleet: Fleet = None,
-    ros1: Annotated[bool, typer.Option("--ros1", help="Serve ROS 1; starts a master if none answers.")] = False,
+    ros1: Annotated[bool, Option("--ros1", help="Serve ROS 1; starts a master if none answers.")] = False,
     rosbridge: _Rosbridge = None,
     foxglove: _Foxglove = None,
     ardupilot: _Sitl = None,
     nmea: _Nmea = None,
-    ros2: Annotated[bool, typer.Option("--ros2", help="Serve ROS 2, through the rclpy of this Python.")] = False,
-    host: Annotated[str, typer.Option(help="Address to listen on; 0.0.0.0: all networks.")] = "127.0.0.1",
+    ros2: Annotated[bool, Option("--ros2", help="Serve ROS 2, through the rclpy of this Python.")] = False,
+    host: Annotated[str, Option(help="Address to listen on; 0.0.0.0: all networks.")] = "127.0.0.1",
     allow_origin: _Origins = None,
-    rate: Annotated[str, typer.Option(help="Simulated seconds per second, or max.")] = "1.0",
+    rate: Annotated[str, Option(help="Simulated seconds per second, or max.")] = "1.0",
     lockstep: _Waits = None,
-    clock: Annotated[float, typer.Option(help="Rate of /clock, per simulated second [Hz].")] = 100.0,
-    cmd_vel: Annotated[_CmdVel, typer.Option(help="What cmd_vel commands, in VRX thrust.")] = "thrust",
+    clock: Annotated[float, Option(help="Rate of /clock, per simulated second [Hz].")] = 100.0,
+    cmd_vel: Annotated[_CmdVel, Option(help="What cmd_vel commands, in VRX thrust.")] = "thrust",
     truth: _Truth = False,
     localization: _Localized = None,
-    paused: Annotated[bool, typer.Option("--paused", help="Start paused, like paused:=true in VRX.")] = False,
+    paused: Annotated[bool, Option("--paused", help="Start paused, like paused:=true in VRX.")] = False,
     duration: _Duration = None,
     record: Record = None,
     seed: Seed = None,

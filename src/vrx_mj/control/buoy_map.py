@@ -168,13 +168,13 @@ def _cluster(points: FloatArray) -> Cluster:
 
 
 def standing_free(
-    points: FloatArray, *, widest: float, apart: float, low: float = -0.6, high: float = 3.5
+    points: FloatArray, *, widest: float, apart: float, high: float = 3.5
 ) -> tuple[list[Cluster], FloatArray]:
     """What is narrow and separate, and the returns of what is wide, (n, 3) [m], as shores and docks.
 
     Of level returns, (n, 3) [m]: clusters up to `widest` [m] across that keep `apart` [m] from all wider ones.
     """
-    groups = connected_groups(points[(points[:, 2] > low) & (points[:, 2] < high)])
+    groups = connected_groups(points[(points[:, 2] > -0.6) & (points[:, 2] < high)])
     found = [(_cluster(group), group) for group in groups]
     small = [cluster for cluster, _ in found if cluster.extent <= widest]
     broad = [group for cluster, group in found if cluster.extent > widest]
@@ -450,7 +450,7 @@ def middle_part(mask: BoolArray) -> BoolArray:
     return whole
 
 
-def _middle_run(crowd: npt.NDArray[np.int_]) -> slice:
+def _middle_run(crowd: IntArray) -> slice:
     """The run of numbers above 0 about the largest, those near the middle preferred."""
     middle = len(crowd) / 2.0 - 0.5
     weight = crowd * np.exp(-(((np.arange(len(crowd)) - middle) / (0.35 * len(crowd))) ** 2))

@@ -188,7 +188,6 @@ class Channel(Skipper):
         self._gate: Gate | None = None
         self._sides: list[tuple[Point, str]] = []
         self._since = math.nan
-        self._start: tuple[Point, float] | None = None
         self._then = 0.0
         self._aim: tuple[Point, float] = (math.inf, math.inf), 0.0
         self._searched: tuple[int, Roam] | None = None
@@ -196,7 +195,7 @@ class Channel(Skipper):
     def steer(self, now: Moment) -> Commands:
         """Commands that cross the next gate, or search for it."""
         _, seen, task, t = now
-        if self._start is None:
+        if math.isnan(self._since):
             self._start, self._since = (seen.place, seen.heading), t
         if self.lookout.look(now) or self._gate is None:
             self._gate = self._choose(t)
@@ -222,7 +221,6 @@ class Channel(Skipper):
             last = self._done[-1]
             gate = next_gate(last.middle, last.course, gates)
             return None if gate is not None and self._doubtful(gate, last, t) else gate
-        assert self._start is not None, "before the first call"
         if self._chart is None and t - self._since < _ENTRY_TIME:
             white = [buoy.place for buoy in self.lookout.map.of("white")]
             gates = [gate for gate in gates if gate.partner in white]
@@ -312,7 +310,6 @@ class Channel(Skipper):
     def _roam(self, t: float) -> Roam:
         """The search that began at the last gate, or at the start."""
         if self._searched is None or self._searched[0] != len(self._done):
-            assert self._start is not None, "before the first call"
             place, course = (self._done[-1].middle, self._done[-1].course) if self._done else self._start
             self._searched = len(self._done), Roam(place, course, t)
         return self._searched[1]
@@ -328,7 +325,6 @@ class Channel(Skipper):
 
     def _may_be_course(self, place: Point) -> bool:
         """Whether something may be of the course, as long as no gate shows where that is."""
-        assert self._start is not None, "before the first call"
         return bool(self._done) or Roam(*self._start, 0.0).may_be_course(place, 150.0)
 
     def _look_around(self, now: Moment) -> Commands:

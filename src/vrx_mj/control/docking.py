@@ -84,9 +84,7 @@ class Docking(Skipper):
         """Forget the dock and the lights, at the start of a run."""
         self.lookout = DockLookout()
         self._heading = math.nan
-        self._roam: Roam | None = None
         self._colors: list[str] | None = None
-        self._bay: Face | None = None
         self._stage, self._since = "find", 0.0
         self._stuck_on: list[Point] = []
         self._last_moved: tuple[Point, float] = (math.inf, math.inf), 0.0
@@ -101,7 +99,7 @@ class Docking(Skipper):
         self.lookout.look(now, near_only=self._stage in ("in", "stay", "out"))
         if task.get("state") != "running":
             return self._turn(now)
-        if self._roam is None:
+        if math.isnan(self._started):
             self._started, self._roam = t, Roam(seen.place, self._heading, t)
         if self._stage == "find":
             return self._find(now)
@@ -111,7 +109,6 @@ class Docking(Skipper):
 
     def _find(self, now: Moment) -> Commands:
         """Read the lights, if the task asks for that, then find the bay."""
-        assert self._roam is not None, "before the task runs"
         right, resort, running = self._right_bay(now.task), self._last_resort(now), now.t - self._started
         time_for_lights = running < _LIGHTS_TIME or (right is not None and resort is None)  # the bay can wait
         if now.task.get("color_sequence_open") and time_for_lights:
@@ -121,10 +118,10 @@ class Docking(Skipper):
             if tower is not None:
                 return self._scan(now, tower)
             return self._go(now, self._roam.next(now.seen, now.t)) if right else self._explore(now)
-        self._bay = right or resort
-        if self._bay is None:
+        bay = right or resort
+        if bay is None:
             return self._explore(now)
-        self._stage = "line up"
+        self._bay, self._stage = bay, "line up"
         return self._dock(now)
 
     def _last_resort(self, now: Moment) -> Face | None:
@@ -143,7 +140,6 @@ class Docking(Skipper):
 
     def _tower(self, seen: Estimate) -> Tower | None:
         """The tower that may be the light buoy: one that was seen lit, or else the nearest."""
-        assert self._roam is not None, "before the task runs"
         may_be_course, towers = self._roam.may_be_course, self.lookout.towers
         places = [tower.place for tower in towers]
         known = [
@@ -181,7 +177,6 @@ class Docking(Skipper):
 
     def _explore(self, now: Moment) -> Commands:
         """Go where a placard can be read that was not yet; else where nobody was."""
-        assert self._roam is not None, "before the task runs"
         seen, t = now.seen, now.t
         view = self._view(seen)
         if view is None:
@@ -195,7 +190,6 @@ class Docking(Skipper):
 
     def _view(self, seen: Estimate) -> tuple[Face, Point] | None:
         """What to look at next, and where from: an unread face, from before it, or the back of one that was read."""
-        assert self._roam is not None, "before the task runs"
         known = [face for face in self.lookout.faces if self._roam.may_be_course(face.place, math.inf)]
         unread = [face for face in known if not face.symbol and face.looks < 5 and face.tried < _FACE_PATIENCE]
         views = [(face, face.ahead(LINE_UP + 2.0)) for face in unread]
@@ -208,7 +202,6 @@ class Docking(Skipper):
 
     def _dock(self, now: Moment) -> Commands:
         """Line up, go in, stay, back out."""
-        assert self._bay is not None, "before the bay is found"
         ahead, left = self._bay.offset(*now.seen.place)
         if self._stage == "line up":
             place = self._bay.ahead(LINE_UP)

@@ -17,12 +17,13 @@ from typing import TYPE_CHECKING, get_args
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from vrx_mj.arguments import check_name
 from vrx_mj.config.layouts import Layout, LayoutName, spots
 from vrx_mj.control.guidance import CHORD_LENGTH, POINT_SPACING, Spot, Track, round_corners, wrap_angle
 from vrx_mj.control.navigation import Estimate, Navigator, Point, TangentPlane, beside, in_axes, polar
 from vrx_mj.control.pilot import Pilot
 from vrx_mj.control.velocity import VelocityKeeper, clamp, craft_of
-from vrx_mj.errors import SensorError, UnknownNameError, VrxError
+from vrx_mj.errors import SensorError, VrxError
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation, Observation
@@ -158,9 +159,8 @@ class BoatLeader(Leader):
         Raises:
             UnknownNameError: the boat is not there.
         """
-        boat = seen.get(self.name)
-        if boat is None:
-            raise UnknownNameError("boat", self.name, known=seen)
+        check_name("boat", self.name, seen)
+        boat = seen[self.name]
         self.pose = boat.x, boat.y, boat.heading
         if self._place is None:
             start = beside(boat.place, boat.heading, -CHORD_LENGTH)
@@ -204,8 +204,7 @@ def slots(shape: str, n: int, spacing: float) -> list[Point]:
     Raises:
         UnknownNameError: no shape has that name.
     """
-    if shape not in SHAPES:
-        raise UnknownNameError("shape", shape, known=SHAPES)
+    check_name("shape", shape, SHAPES)
     radius = 0.0 if n < 2 else 0.5 * spacing / math.sin(math.pi / n)
     places = spots(Layout.model_construct(layout=shape, radius=radius, spacing=spacing), n)
     if shape == "circle":
@@ -396,7 +395,6 @@ def _check_way(path: Sequence[Point], speed: float, radius: float) -> None:
 
 def _check_formation(shape: str, spacing: float, apart: float) -> None:
     """Check that there is such a shape and that boats in it are further than `apart` [m] from each other."""
-    if shape not in SHAPES:
-        raise UnknownNameError("shape", shape, known=SHAPES)
+    check_name("shape", shape, SHAPES)
     if not apart < spacing < math.inf:
         raise VrxError(f"invalid spacing {spacing:g} m: more than the {apart:g} m that boats keep apart is needed")

@@ -98,8 +98,7 @@ def direction_to(origin: Point, place: Point) -> float:
 
 def in_axes(direction: float, east: float, north: float) -> Point:
     """The parts of a vector along a direction [rad] and to port of it."""
-    cos, sin = math.cos(direction), math.sin(direction)
-    return east * cos + north * sin, north * cos - east * sin
+    return from_axes(-direction, east, north)
 
 
 def from_axes(direction: float, ahead: float, left: float) -> Point:

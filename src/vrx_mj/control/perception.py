@@ -5,9 +5,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from vrx_mj.arrays import ByteArray, FloatArray
+from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.control.buoy_map import CELL, camera_ahead, connected_groups, intrinsics, mounting, project
 from vrx_mj.control.navigation import Estimate, Place, nearest
 from vrx_mj.control.pilot import Commands, Moment, Skipper
@@ -140,7 +139,7 @@ def blobs(picture: ByteArray, horizon: float) -> list[Blob]:
     return [blob for blob in _merge_parts(found) if blob.height > _MIN_ASPECT * blob.width]
 
 
-def _kinds(pixels: FloatArray, water: FloatArray) -> npt.NDArray[np.int_]:
+def _kinds(pixels: FloatArray, water: FloatArray) -> IntArray:
     """The colour of each pixel, as a number."""
     red, green, blue = (pixels[..., channel] for channel in range(3))
     most, least = pixels.max(axis=-1), pixels.min(axis=-1)
@@ -162,7 +161,7 @@ def _kinds(pixels: FloatArray, water: FloatArray) -> npt.NDArray[np.int_]:
     return kinds
 
 
-def _of_kind(kinds: npt.NDArray[np.int_], kind: int, pixels: FloatArray) -> list[Blob]:
+def _of_kind(kinds: IntArray, kind: int, pixels: FloatArray) -> list[Blob]:
     rows, columns = np.nonzero(kinds == kind)
     if len(rows) < _MIN_AREA:
         return []
@@ -171,7 +170,7 @@ def _of_kind(kinds: npt.NDArray[np.int_], kind: int, pixels: FloatArray) -> list
     return [_blob(np.rint(part / half).astype(int), _NAMES[kind], pixels) for part in groups if len(part) >= _MIN_AREA]
 
 
-def _blob(places: npt.NDArray[np.int_], color: str, pixels: FloatArray) -> Blob:
+def _blob(places: IntArray, color: str, pixels: FloatArray) -> Blob:
     (left, top), (right, bottom) = places.min(axis=0).tolist(), places.max(axis=0).tolist()
     typical = np.median(pixels[places[:, 1], places[:, 0]], axis=0)
     pale = bool(typical.min() > _PALE_RATIO * typical.max())

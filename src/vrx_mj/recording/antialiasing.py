@@ -3,9 +3,8 @@
 import math
 
 import numpy as np
-import numpy.typing as npt
 
-from vrx_mj.arrays import ByteArray, FloatArray
+from vrx_mj.arrays import ByteArray, FloatArray, Uint32Array
 from vrx_mj.physics.kernel import inlined_kernel, kernel
 
 _MIN_CONTRAST = 24
@@ -14,10 +13,6 @@ _MAX_EDGE = 8.0
 """Largest number of pixels along an edge over which it is smoothed."""
 _SKY_PIXELS = 4
 """Pixels of a row that show one of the sky: it is as wide in a film."""
-
-
-Words = npt.NDArray[np.uint32]
-"""Pixels of four bytes each."""
 
 
 def antialias(drawn: ByteArray) -> ByteArray:
@@ -82,7 +77,7 @@ def _sum_of_two(drawn: ByteArray, row: int, i: int, down: float, right: float, c
 
 
 @kernel
-def fill_sky(drawn: Words, sky: Words, rotation: FloatArray, half_width: float, half_height: float) -> None:
+def fill_sky(drawn: Uint32Array, sky: Uint32Array, rotation: FloatArray, half_width: float, half_height: float) -> None:
     """Write the sky where nothing else was drawn, in a fraction of Mesa's time.
 
     Args:

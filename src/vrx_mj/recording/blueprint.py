@@ -1,7 +1,5 @@
 """How a recording opens: the fleet from its stern, a plan with a grid, pictures, plots with units, the log."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from itertools import chain, compress
 from pathlib import Path

@@ -4,8 +4,6 @@ Rows, frames and saved worlds are each of one boat set. Read back, rows have the
 not there. Headers are JSON, each read by one schema: wrong kinds are errors that name the key.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property

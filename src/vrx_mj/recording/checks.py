@@ -1,7 +1,5 @@
 """Checks of recordings: when and where two diverge, and a task's score computed again from the referee's frames."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -160,7 +158,7 @@ def looks_again(recorded: Record) -> tuple[Referee, Iterator[tuple[Frame, Sequen
     Raises:
         RecordError: the recording is of a world without a task.
     """
-    task, begun = recorded.companies[0].world.parameters.task, -1.0
+    task, begun = recorded.parameters.task, -1.0
     if task is None:
         raise RecordError(f"'{recorded.path}' has no score: its world, {recorded.properties.get('world')}, has no task")
     referee = make_referee(task)

@@ -34,10 +34,20 @@ from vrx_mj.recording.motion_chunks import (
     transforms,
 )
 from vrx_mj.recording.packing import pack_rows, shape_of, unpack_rows
-from vrx_mj.recording.parts import APPLICATION, COMPANIES, EVENTS, FRAMES, ROWS, STATES, Part, raw_parts
+from vrx_mj.recording.parts import (
+    APPLICATION,
+    COMPANIES,
+    EVENTS,
+    FRAMES,
+    ROWS,
+    STATES,
+    Part,
+    raw_parts,
+    viewer_binary,
+    viewer_environment,
+)
 from vrx_mj.recording.reader import all_events, all_states, read_frames
 from vrx_mj.recording.record_scene import RecordedPart, RecordScene
-from vrx_mj.recording.rrd_file import viewer_binary, viewer_environment
 from vrx_mj.recording.simulation_scene import geom_surface, hanging_part
 from vrx_mj.recording.static_chunks import change_chunks, looks_chunks, still_chunks
 from vrx_mj.recording.task_chunks import TaskChunks, frame_chunk, task_chunks, touch_chunks

@@ -185,7 +185,7 @@ def read(recording: str | Path | Record) -> dict[str, pa.Table]:
 
 
 def _tables(recorded: Record) -> Iterator[tuple[str, _Columns]]:
-    earth = recorded.companies[0].world.parameters.georeference if recorded.files else None
+    earth = recorded.parameters.georeference if recorded.files else None
     kinds = {"boat": recorded.boats, "object": recorded.objects, "ball": recorded.balls}
     bodies = [(track, kind) for kind, several in kinds.items() for track in several.values()]
     yield "motion", _join("motion", (_motion(recorded.time, *body, earth) for body in bodies))

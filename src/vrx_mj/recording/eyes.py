@@ -1,22 +1,19 @@
 """Where the views of a recording look from, and what is written there: wind, waves and current, names in the plan."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import rerun as rr
 from rerun.chunk import Chunk
 
-from vrx_mj.arrays import FloatArray
+from vrx_mj.arrays import ComplexArray, FloatArray
 from vrx_mj.draw.course import Course, course_of
 from vrx_mj.draw.style import CURRENT_COLOR, WAVE_COLOR, WIND_COLOR
 from vrx_mj.frames import compass
 from vrx_mj.recording.record_scene import RecordScene
-from vrx_mj.recording.timeline import NAME_STYLE, Held, Ticker, arrow_strips, changes, numbers, static, thin_lines
+from vrx_mj.recording.timeline import Held, Ticker, arrow_strips, changes, name_points, numbers, static, thin_lines
 
 FLEET, PLANNED, PLAN = "/world/fleet", "/world/fleet/plan", "/world/plan"
 """Entities: in the middle of what the camera follows, what a plan follows there, and one that frames a track."""
@@ -159,7 +156,7 @@ def _corners_of(scene: RecordScene) -> tuple[Corner, Corner]:
     )
 
 
-def _flows(scene: RecordScene, rows: FloatArray) -> dict[str, npt.NDArray[np.complex128]]:
+def _flows(scene: RecordScene, rows: FloatArray) -> dict[str, ComplexArray]:
     """What there is at (n, columns) rows: speed [m/s] or significant height [m] along x + i y, (n,)."""
     turned = np.exp(1j * rows[:, scene.layout().wind_angle].sum(axis=1))
     found = {"wind": rows[:, 1] * turned * complex(*scene.parameters.wind.direction)}
@@ -173,7 +170,7 @@ def _flows(scene: RecordScene, rows: FloatArray) -> dict[str, npt.NDArray[np.com
     return {name: found[name] for name in scene.weather()}
 
 
-def _figures(scene: RecordScene, name: str, flow: npt.NDArray[np.complex128]) -> list[str]:
+def _figures(scene: RecordScene, name: str, flow: ComplexArray) -> list[str]:
     """What a flow (n,) is, in words."""
     text, turned = _ARROW_TEXTS[name][1], scene.parameters.x_from_east
     bearings = np.round(compass(np.angle(-flow if " from " in text else flow) + turned)) % 360.0
@@ -215,7 +212,7 @@ def _still_weather(scene: RecordScene) -> Iterator[Chunk]:
     for corner in _corners_of(scene):
         yield static(corner.path, thin_lines(1.8, colors=colors))
         spots = corner.spots(corner.text, len(colors))
-        points = rr.Points3D.from_fields(positions=spots, **NAME_STYLE)
+        points = name_points(positions=spots)
         yield static(f"{corner.path}/figures", points)
     distance = float(np.linalg.norm(sea_eye(followed_circle(scene)[1])))
     yield static(f"{FLEET}/weather", rr.Transform3D(scale=distance))
@@ -235,7 +232,7 @@ def plan_chunks(scene: RecordScene, track: FloatArray, parts: Sequence[Places]) 
     spots = np.nan_to_num(name_spots(scene, boats, places, middle, height), nan=_HIDDEN_PLACE)
     taken, spots = Held(1.0 / 512.0, within=1.0 / PLAN_LINES / 3.0)(spots)
     points = np.insert(spots[taken], 2, 0.0, axis=2).astype(np.float32)
-    yield static(f"{PLAN}/names", rr.Points3D.from_fields(labels=boats, **NAME_STYLE))
+    yield static(f"{PLAN}/names", name_points(labels=boats))
     yield changes(f"{PLAN}/names", time[taken], rr.Points3D, positions=list(points))
 
 

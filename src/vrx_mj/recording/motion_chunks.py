@@ -6,8 +6,6 @@ Of every reading there is one row in its sensor's own entity: time and number, a
 they are shown, or all of its numbers. `reader.RecordedReadings` makes readings of them again.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict
@@ -16,11 +14,10 @@ from operator import itemgetter
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import rerun as rr
 from rerun.chunk import Chunk
 
-from vrx_mj.arrays import BoolArray, FloatArray
+from vrx_mj.arrays import BoolArray, Float32Array, FloatArray, Uint32Array
 from vrx_mj.config.sensors import CameraConfig, LidarConfig
 from vrx_mj.frames import compass, in_world_axes, quaternion_product
 from vrx_mj.model.things import Georeference
@@ -455,19 +452,19 @@ def _points(
     return numbers(path, time, rr.Points3D, counts, kept, positions=every, colors=colors)
 
 
-def _scan_points(scan: Scan) -> npt.NDArray[np.float32]:
+def _scan_points(scan: Scan) -> Float32Array:
     """The returns of a planar scan (n, 3) [m], in its own frame."""
     met = np.flatnonzero(np.isfinite(scan.ranges))
     angle, away = scan.angle_min + met * scan.angle_increment, scan.ranges[met]
     return np.stack([away * np.cos(angle), away * np.sin(angle), 0.0 * away], axis=1).astype(np.float32)
 
 
-def _range_colors(distance: npt.NDArray[np.float32 | np.float64], near: float, far: float) -> npt.NDArray[np.uint32]:
+def _range_colors(distance: FloatArray | Float32Array, near: float, far: float) -> Uint32Array:
     """Colours (n,), 0xRRGGBBAA, on a scale of logarithms from `near` to `far` [m]."""
     first, last = np.log(max(near, 1.0)), np.log(max(far, 2.0))
     share = np.clip((np.log(np.maximum(distance, 1e-3)) - first) / (last - first), 0.0, 1.0)
     shade = np.round(share * (_SHADES - 1)).astype(np.int64)
-    colors: npt.NDArray[np.uint32] = packed_colors(np.floor(ramp(_RANGE_COLORS, np.linspace(0.0, 1.0, _SHADES))))[shade]
+    colors: Uint32Array = packed_colors(np.floor(ramp(_RANGE_COLORS, np.linspace(0.0, 1.0, _SHADES))))[shade]
     return colors
 
 

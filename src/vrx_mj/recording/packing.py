@@ -6,8 +6,6 @@ the number, is off. Integer arithmetic wraps, so nothing is lost whatever the ro
 sums and products of kernels, which are never one operation: all processors have the same.
 """
 
-from __future__ import annotations
-
 import math
 import struct
 from collections.abc import Sequence
@@ -275,9 +273,7 @@ def plain_rows(rows: FloatArray) -> bytes:
 
 
 def pack_rows(rows: FloatArray, bodies: Bodies = (), timestep: float = 1.0) -> bytes:
-    """Bytes of (n, columns) rows; of `bodies` poses are predicted from velocities, `timestep` [s] by timestep."""
-    if not len(rows):
-        return plain_rows(rows)
+    """Bytes of (n, columns) rows, n > 0; of `bodies` poses follow from velocities, `timestep` [s] by timestep."""
     return HEADER.pack(len(rows), rows.shape[1] | _CODED << WIDTH_BITS) + _coded_rows(rows, bodies, timestep)
 
 

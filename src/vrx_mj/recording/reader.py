@@ -21,7 +21,7 @@ from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.errors import RecordError, VrxWarning, quote
 from vrx_mj.frames import in_world_axes
-from vrx_mj.model.world import other_physics
+from vrx_mj.model.world import Parameters, other_physics
 from vrx_mj.recording.boat_sets import (
     MAX_NUMBER,
     BoatSet,
@@ -35,9 +35,20 @@ from vrx_mj.recording.boat_sets import (
     read_boat_sets,
     sound_rows,
 )
-from vrx_mj.recording.parts import COMPANIES, EVENTS, FRAMES, ROWS, RUN, STATES, Part, unpack_files, validator
+from vrx_mj.recording.parts import (
+    COMPANIES,
+    EVENTS,
+    FRAMES,
+    ROWS,
+    RUN,
+    STATES,
+    Part,
+    allowance,
+    parsed_file,
+    unpack_files,
+    validator,
+)
 from vrx_mj.recording.record_scene import MovingBody, RecordedSensor, RowLayout
-from vrx_mj.recording.rrd_file import allowance, parsed_file
 from vrx_mj.runtime.subscriptions import Touch
 from vrx_mj.sensors import SENSOR_KINDS
 from vrx_mj.sensors.readings import Image, PointCloud, Reading
@@ -173,6 +184,11 @@ class Record(Head):
 
     def _tracks(self, kind: str) -> dict[str, Track]:
         return {body.name: _track(self.rows, self.layout, body) for body in self.layout.bodies if body.kind == kind}
+
+    @property
+    def parameters(self) -> Parameters:
+        """The parameters of the world that the recording begins in."""
+        return self.companies[0].world.parameters
 
     @property
     def files(self) -> Mapping[str, bytes]:

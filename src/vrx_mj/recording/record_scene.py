@@ -10,11 +10,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal
 
-import numpy as np
 import numpy.typing as npt
 from pydantic import FailFast, Field, FiniteFloat
 
-from vrx_mj.arrays import FloatArray
+from vrx_mj.arrays import Float32Array, FloatArray, IntArray
 from vrx_mj.config.sensors import LidarConfig, SensorConfig
 from vrx_mj.draw.style import Rgb, boat_colors
 from vrx_mj.model.world import Parameters
@@ -43,11 +42,11 @@ VELOCITY = ("vx", "vy", "vz", "wx", "wy", "wz")
 class Surface:
     """A triangle mesh of one colour."""
 
-    vertices: npt.NDArray[np.float32]
+    vertices: Float32Array
     """Vertices (n, 3) [m], in the frame of the body that carries it."""
-    faces: npt.NDArray[np.integer[Any]]
+    faces: IntArray
     """Faces (m, 3) as indices of vertices, counter-clockwise seen from outside."""
-    normals: npt.NDArray[np.float32]
+    normals: Float32Array
     """Normals (n, 3) of the vertices, unit vectors."""
     rgba: tuple[float, ...]
     """Colour: red, green, blue, alpha, 0 to 1."""

@@ -4,15 +4,13 @@ The fleet's mesh is shown for a while and boats move on meanwhile; a patch is ma
 the fleet's mesh lies a little lower, so that the water at a hull is the patch's.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.arrays import BoolArray, ByteArray, FloatArray
+from vrx_mj.arrays import BoolArray, ByteArray, FloatArray, Uint32Array
 from vrx_mj.frames import in_world_axes
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.recording.record_scene import RecordedBody, SeaHeight
@@ -220,7 +218,7 @@ def bands(rows: int) -> list[slice]:
     return [slice(first, first + _BAND_ROWS + 1) for first in range(0, rows - 1, _BAND_ROWS)]
 
 
-def triangles(rows: int, columns: int) -> npt.NDArray[np.uint32]:
+def triangles(rows: int, columns: int) -> Uint32Array:
     """Triangles (2 (rows - 1) (columns - 1), 3) of a grid, counter-clockwise from above."""
     corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).reshape(-1, 1)
     first = corner + np.array([0, 1, columns + 1])
@@ -291,7 +289,7 @@ def light(z: FloatArray, toward: FloatArray) -> FloatArray:
     return np.clip(CALM_LIGHT - 0.36 * np.tanh(12.0 * toward) + 0.4 * z, 0.0, 1.0)
 
 
-def colors(bright: FloatArray, haze: FloatArray | float = 0.0) -> npt.NDArray[np.uint32]:
+def colors(bright: FloatArray, haze: FloatArray | float = 0.0) -> Uint32Array:
     """Colours 0xRRGGBBAA of light, from deep water to crest, with a share of the horizon's colour."""
     far = np.round(np.asarray(haze) * (_HAZES - 1)).astype(np.intp)
     return _PALETTE[far, np.round(bright * (_SHADES - 1)).astype(np.uint8)]
@@ -302,10 +300,10 @@ def shades() -> Held:
     return Held(1.0 / (_SHADES - 1), keep=1.0)
 
 
-def packed_colors(rgb: FloatArray | ByteArray) -> npt.NDArray[np.uint32]:
+def packed_colors(rgb: FloatArray | ByteArray) -> Uint32Array:
     """Colours 0xRRGGBBAA of red, green and blue (..., 3), 0 to 255."""
     red, green, blue = np.moveaxis(np.round(rgb).astype(np.uint32), -1, 0)
-    colors: npt.NDArray[np.uint32] = (red << 24) | (green << 16) | (blue << 8) | np.uint32(255)
+    colors: Uint32Array = (red << 24) | (green << 16) | (blue << 8) | np.uint32(255)
     return colors
 
 

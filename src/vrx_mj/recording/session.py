@@ -4,8 +4,6 @@ A recording is appended to its file while the run goes on, and encoded when it i
 leaves a file that reads up to its last flush.
 """
 
-from __future__ import annotations
-
 import contextlib
 import gc
 import json
@@ -27,7 +25,7 @@ from vrx_mj.draw.display import no_window
 from vrx_mj.errors import CommandError, RecordError, VrxWarning, quote
 from vrx_mj.mjcf.objects import ball_names
 from vrx_mj.model.world import tree_of
-from vrx_mj.outputs import writing
+from vrx_mj.outputs import begins, writing
 from vrx_mj.recording.boat_sets import BoatSetHead
 from vrx_mj.recording.checks import rescore
 from vrx_mj.recording.packing import plain_rows
@@ -41,12 +39,13 @@ from vrx_mj.recording.parts import (
     STATES,
     Cell,
     RawFile,
-    begins_with,
+    copy_without_views,
     pack_files,
+    viewer_binary,
+    viewer_environment,
 )
 from vrx_mj.recording.reader import Record, data_fields, read_record
 from vrx_mj.recording.record_scene import FORMAT, RecordedSensor, RecordScene
-from vrx_mj.recording.rrd_file import copy_without_views, viewer_binary, viewer_environment
 from vrx_mj.recording.simulation_scene import Choices, check_columns, scene_of
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
@@ -417,7 +416,7 @@ def viewable(record: Record, follow: str | None, folder: Path) -> Path:
     if follow is not None:
         check_name("boat", follow, record.boats)
     file, copy = record.path, folder / record.path.name
-    if begins_with(MAGIC, file):
+    if begins(file, MAGIC):
         encode(file, _recorded_scenes(replace(record, follow=follow or record.follow)), copy)
     elif follow is None and record.has_views:
         return file

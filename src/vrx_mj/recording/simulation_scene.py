@@ -3,8 +3,6 @@
 What is seen of a body is triangles: MuJoCo's geoms, and coarser copies for fleets of many boats.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 import re
@@ -395,7 +393,7 @@ def _gather(surface: Surface, cell: float) -> Surface:
     return replace(surface, vertices=surface.vertices[used], faces=faces, normals=surface.normals[used])
 
 
-def coarser_faces(points: _Floats, normals: _Floats, faces: npt.NDArray[np.integer], cell: float) -> IntArray:
+def coarser_faces(points: _Floats, normals: _Floats, faces: IntArray, cell: float) -> IntArray:
     """Fewer triangles (m, 3) than `faces` (n, 3), of the outermost of the points that face one way in one cell [m]."""
     points = np.asarray(points, np.float64)
     size = np.maximum(np.ptp(points, axis=0), 1e-9)

@@ -1,7 +1,5 @@
 """What does not change with time, as static rerun chunks: the run, looks, shore, waypoints, series."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Collection, Iterator, Sequence
@@ -16,7 +14,7 @@ from rerun.chunk import Chunk
 from vrx_mj.draw.style import WIND_COLOR, Rgb, shade
 from vrx_mj.recording import eyes
 from vrx_mj.recording.record_scene import RecordedBody, RecordScene, Surface
-from vrx_mj.recording.timeline import NAME_STYLE, arrow_strips, chunk_at, static, thin_lines
+from vrx_mj.recording.timeline import arrow_strips, chunk_at, name_points, static, thin_lines
 from vrx_mj.recording.water_chunks import wake_looks, wake_path
 
 WAYPOINT_COLOR = (247, 62, 193)
@@ -132,7 +130,7 @@ def _place_chunks(scene: RecordScene) -> Iterator[Chunk]:
         x, y, yaw = np.array(scene.parameters.waypoints).T
         spots, labels = np.column_stack([x, y, 0.0 * x]), [eyes.waypoint_name(i) for i in range(len(x))]
         yield static("/world/waypoints", rr.Points3D(spots, colors=[WAYPOINT_COLOR], radii=[0.6]))
-        yield static("/world/waypoints/names", rr.Points3D.from_fields(positions=spots, labels=labels, **NAME_STYLE))
+        yield static("/world/waypoints/names", name_points(positions=spots, labels=labels))
         vectors = 4.0 * np.column_stack([np.cos(yaw), np.sin(yaw), 0.0 * x])
         arrows = rr.LineStrips3D(arrow_strips(spots, vectors), colors=[WAYPOINT_COLOR], radii=[0.15])
         yield static("/world/waypoints/headings", arrows)
@@ -208,7 +206,7 @@ def _joining_chunks(boat: RecordedBody, scene: RecordScene, height: float) -> It
     spots = [[0.0, 0.0, eyes.TAG_HEIGHT], *eyes.around(math.hypot(*eyes.sea_eye(0.0)))]
     dots = rr.Points3D(spots, colors=[rgb, UNSEEN_COLOR, UNSEEN_COLOR], radii=[*_DOT_RADIUS, 0.0, 0.0])
     yield chunk_at(begun, f"{boat.path}/label", dots)
-    name = rr.Points3D.from_fields(positions=[(0.0, 0.0, height)], labels=[boat.name], **NAME_STYLE)
+    name = name_points(positions=[(0.0, 0.0, height)], labels=[boat.name])
     yield chunk_at(begun, f"{boat.path}/label/name", name)
     yield static(f"/world/trails/{boat.name}", thin_lines(1.2))
     if scene.sea_height is not None:

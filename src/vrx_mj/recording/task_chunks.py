@@ -5,8 +5,6 @@ What moves with something hangs on its entity: zones on their dock, circles on t
 A second referee looks at the frames as they are written. It sees what the first one saw, so that it comes to the same.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -29,7 +27,7 @@ from vrx_mj.recording.eyes import names_apart
 from vrx_mj.recording.packing import pack_rows
 from vrx_mj.recording.parts import FRAMES
 from vrx_mj.recording.reader import RecordedFrame, SavedState
-from vrx_mj.recording.timeline import NAME_STYLE, arrow_strips, changes, numbers, static, thin_lines, times
+from vrx_mj.recording.timeline import arrow_strips, changes, name_points, numbers, static, thin_lines, times
 from vrx_mj.runtime.subscriptions import Touch
 from vrx_mj.tasks import TASK_KINDS, make_referee
 from vrx_mj.tasks.courses import gate_between
@@ -127,7 +125,7 @@ def _course_chunks(parameters: Parameters) -> Iterator[Chunk]:
     if course.gates:
         labels = [str(gate.number) for gate in course.gates]
         yield static(_GATES, thin_lines(2.2))
-        yield static(f"{_GATES}/numbers", rr.Points3D.from_fields(labels=labels, **NAME_STYLE))
+        yield static(f"{_GATES}/numbers", name_points(labels=labels))
     if isinstance(parameters.task, tasks.Dock):
         yield from _bay_chunks(parameters.task)
     for animal in course.animals:
@@ -160,7 +158,7 @@ def _bay_chunks(task: tasks.Dock) -> Iterator[Chunk]:
     yield static(f"{path}/external", thin_lines(1.2, strips=[*chain(*pieces)], colors=colors))
     labels = [f"{bay.name} {bay.symbol.replace('_', ' ')}" + (" ✓" if bay.dock_allowed else "") for bay in bays]
     spots = names_apart([ring.mean(axis=0) for ring in outside])
-    yield static(f"{path}/names", rr.Points3D.from_fields(positions=spots, labels=labels, **NAME_STYLE))
+    yield static(f"{path}/names", name_points(positions=spots, labels=labels))
 
 
 def _circle(radius: float, goal: str) -> list[FloatArray]:
@@ -190,7 +188,7 @@ def _places(course: Course) -> Iterator[Chunk]:
         around = [_circle_at(spot, beacon.radius)] if beacon.radius else []
         entity = f"/world/course/{beacon.name.replace(' ', '_')}"
         yield static(entity, thin_lines(2.0, strips=[*arms, *around], colors=[BEACON]))
-        yield static(f"{entity}/name", rr.Points3D.from_fields(positions=[spot], labels=[beacon.name], **NAME_STYLE))
+        yield static(f"{entity}/name", name_points(positions=[spot], labels=[beacon.name]))
     if course.showings:
         spots = [(showing.x, showing.y, _LIFT) for showing in course.showings]
         yield static("/world/course/showings", rr.Points3D(spots, colors=[_SHOWING], radii=[0.25]))
@@ -474,7 +472,7 @@ def touch_chunks(touches: Sequence[Touch]) -> Iterator[Chunk]:
         yield static(path, rr.LineStrips3D.from_fields(colors=[TOUCH_COLOR], radii=[0.16]))
         yield changes(path, time, rr.LineStrips3D, strips=[[*arrow_strips([touch.point], [vector])], []])
         said = f"{TOUCH_WORDS}/{touch.boat}/{touch.other}"
-        yield static(said, rr.Points3D.from_fields(**NAME_STYLE))
+        yield static(said, name_points())
         label = f"{touch.boat} touches {touch.other}, {touch.force:.0f} N"
         yield changes(said, time, rr.Points3D, positions=[[touch.point + vector], []], labels=[[label], []])
         steps = f"{STEPS}/{touch.boat}/{touch.other}"

@@ -1,9 +1,7 @@
 """The timeline of a recording, chunks of one row, and the picking of rows: at a lower rate, or where values change."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
 from itertools import chain
 from typing import Any
@@ -19,8 +17,6 @@ from vrx_mj.draw import style
 from vrx_mj.physics.kernel import kernel
 
 TIMELINE = "sim_time"
-NAME_STYLE: Mapping[str, Any] = {"colors": [style.LABEL], "radii": [0.0], "show_labels": True}
-"""Looks of points that are names."""
 ARROW = np.array([(0.0, 0.0), (1.0, 0.0), (0.76, 0.2), (1.0, 0.0), (0.76, -0.2)])
 """An arrow as a line, along and across, in its lengths."""
 
@@ -46,6 +42,13 @@ def chunk_at(begun: float | None, path: str, *archetypes: rr.AsComponents) -> Ch
 def thin_lines(width: float, **fields: Any) -> rr.LineStrips3D:
     """Lines as wide on the screen from near and far [points], with fields of the archetype."""
     return rr.LineStrips3D.from_fields(radii=[rr.Radius.ui_points(width)], **fields)
+
+
+def name_points(labels: Sequence[str] | None = None, positions: npt.ArrayLike | None = None) -> rr.Points3D:
+    """Points that are names; what is None changes with time."""
+    return rr.Points3D.from_fields(
+        labels=labels, positions=positions, colors=[style.LABEL], radii=[0.0], show_labels=True
+    )
 
 
 def numbers(

@@ -1,7 +1,5 @@
 """rerun's own program as a server of recordings for a browser, which connects to nothing else."""
 
-from __future__ import annotations
-
 import contextlib
 import http.client
 import re
@@ -18,7 +16,7 @@ from typing import Any
 from urllib.parse import quote
 
 from vrx_mj.errors import RecordError
-from vrx_mj.recording.rrd_file import viewer_binary, viewer_environment
+from vrx_mj.recording.parts import viewer_binary, viewer_environment
 
 LOOPBACK = "127.0.0.1"
 _PAGE_PORT, _DATA_PORT = 9090, 9876

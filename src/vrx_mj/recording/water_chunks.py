@@ -1,7 +1,5 @@
 """The water of a recording, as rerun chunks: the sea, the wakes on it, and the tracks of the boats by speed."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
@@ -11,7 +9,7 @@ import numpy.typing as npt
 import rerun as rr
 from rerun.chunk import Chunk
 
-from vrx_mj.arrays import ByteArray, FloatArray, IntArray
+from vrx_mj.arrays import ByteArray, Float32Array, FloatArray, IntArray
 from vrx_mj.recording import sea_meshes as sea
 from vrx_mj.recording.record_scene import RecordedBody, SeaHeight
 from vrx_mj.recording.sea_meshes import Grid, Lines, Swell
@@ -224,7 +222,7 @@ def ribbons(places: FloatArray, left: FloatArray) -> FloatArray:
     return np.stack([points - across, points + across], axis=2)
 
 
-def mesh_points(x: FloatArray, y: FloatArray, z: FloatArray) -> npt.NDArray[np.float32]:
+def mesh_points(x: FloatArray, y: FloatArray, z: FloatArray) -> Float32Array:
     """Vertices (n, rows, columns, 3) of heights over lines along x and y [m].
 
     Lines along y lean by a hair: where no two vertices have the same x, LZ4 finds each in the frame before, and a

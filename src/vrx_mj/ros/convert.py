@@ -267,7 +267,7 @@ def _outputs_of(recorded: Record, boat_set: BoatSet) -> SegmentOutputs:
         moment.resume(first)
     sim = cast("Simulation", moment)
     bodies = Bodies(sim)
-    host = RecordingHost(sim, bodies, Scenery(recorded.companies[0].world.parameters, recorded.boats))
+    host = RecordingHost(sim, bodies, Scenery(recorded.parameters, recorded.boats))
     outputs = make_tables(cast("Host", host), clock_rate=_ROW_RATE)["vrx"].outputs.values()
     there = {(boat, sensor.name) for boat in sim.boats for sensor in sim.mounted(boat)}
     recorded_ones = [(one.boat, one.name) for one in recorded.sensors]

@@ -15,16 +15,17 @@ import numpy as np
 from jinja2 import Environment
 from numba.core import event
 
+from vrx_mj.arguments import check_name
 from vrx_mj.config.loading import referenced_file
 from vrx_mj.config.measured import SIGNALS, MeasuredCaseConfig, Measurements, read_case, read_measurements
 from vrx_mj.draw.chart import Chart, Series, chart_svg, page_environment
-from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
+from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.outputs import write_files
 from vrx_mj.runtime.observation import BoatObservation
 from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.validation.case import EVIDENCE, Band, Case, Comparison, Outcome, Row
 from vrx_mj.validation.cases import drifting, hulls, mean_forces, pressures, propellers, runs, waves, winds
-from vrx_mj.validation.rows import EVIDENCE, Band, Case, Comparison, Outcome, Row
 
 PAGE, RESULTS = "index.html", "results.json"
 _NEEDED = ("mujoco", "numba", "numpy")
@@ -32,22 +33,14 @@ _NEEDED = ("mujoco", "numba", "numpy")
 _SUBJECTS = waves, hulls, pressures, propellers, drifting, mean_forces, winds, runs
 CASES = tuple(each for subject in _SUBJECTS for each in vars(subject).values() if isinstance(each, Case))
 """All cases."""
-_READERS: dict[str, Callable[[BoatObservation], float]] = {
-    "x": lambda seen: float(seen.position[0]),
-    "y": lambda seen: float(seen.position[1]),
-    "z": lambda seen: float(seen.position[2]),
-    "roll_deg": lambda seen: math.degrees(seen.roll),
-    "pitch_deg": lambda seen: math.degrees(seen.pitch),
-    "heading_deg": lambda seen: math.degrees(seen.heading),
-    "surge": lambda seen: float(seen.velocity[0]),
-    "sway": lambda seen: float(seen.velocity[1]),
-    "heave_speed": lambda seen: float(seen.velocity[2]),
-    "roll_rate_deg": lambda seen: math.degrees(seen.angular_velocity[0]),
-    "pitch_rate_deg": lambda seen: math.degrees(seen.angular_velocity[1]),
-    "yaw_rate_deg": lambda seen: math.degrees(seen.angular_velocity[2]),
-    "speed": lambda seen: seen.speed,
-}
-"""How a signal is read off a boat."""
+_READINGS: dict[str, tuple[str, int | None]] = {
+    "x": ("position", 0), "y": ("position", 1), "z": ("position", 2),
+    "roll_deg": ("roll", None), "pitch_deg": ("pitch", None), "heading_deg": ("heading", None),
+    "surge": ("velocity", 0), "sway": ("velocity", 1), "heave_speed": ("velocity", 2),
+    "roll_rate_deg": ("angular_velocity", 0), "pitch_rate_deg": ("angular_velocity", 1),
+    "yaw_rate_deg": ("angular_velocity", 2), "speed": ("speed", None),
+}  # fmt: skip
+"""Signals by name: what of a boat's observation each is, and which number of it, if there are several."""
 _ANGLES = ("roll_deg", "pitch_deg", "heading_deg")
 """Signals that are the same after a full turn."""
 
@@ -197,8 +190,7 @@ def select_cases(only: tuple[str, ...] = (), *, quick: bool = False) -> tuple[Ca
     """
     known = [case.name for case in CASES]
     for name in only:
-        if name not in known:
-            raise UnknownNameError("case", name, known)
+        check_name("case", name, known)
     return tuple(case for case in CASES if (case.name in only if only else case.quick or not quick))
 
 
@@ -231,8 +223,7 @@ def _boat_of(sim: Simulation, config: MeasuredCaseConfig) -> str:
     if config.boat is None and len(sim.boats) != 1:
         raise VrxError(f"world {config.world} has {len(sim.boats)} boats: `boat` is needed")
     boat = sim.boats[0] if config.boat is None else config.boat
-    if boat not in sim.boats:
-        raise UnknownNameError("boat", boat, sim.boats)
+    check_name("boat", boat, sim.boats)
     return boat
 
 
@@ -240,8 +231,7 @@ def _check_commands(sim: Simulation, boat: str, config: MeasuredCaseConfig) -> N
     known = sim.command_names(boat)
     for row in config.commands:
         for name in row.thrusters:
-            if name not in known:
-                raise UnknownNameError(f"command of boat '{boat}'", name, known)
+            check_name(f"command of boat '{boat}'", name, known)
 
 
 def _signals_at(
@@ -263,8 +253,16 @@ def _signals_at(
             now, current = stop, commands.get(stop, current)
         seen = sim.observe()[boat]
         for name, signal in config.signals.items():
-            found[name].append(_READERS[signal.of or name](seen))
+            found[name].append(_signal(seen, signal.of or name))
     return found
+
+
+def _signal(seen: BoatObservation, name: str) -> float:
+    """A signal of a boat, in degrees if it is named so."""
+    quantity, axis = _READINGS[name]
+    value = getattr(seen, quantity)
+    number = float(value if axis is None else value[axis])
+    return math.degrees(number) if name.endswith("_deg") else number
 
 
 def _comparisons(ours: dict[str, list[float]], config: MeasuredCaseConfig, measured: Measurements) -> Outcome:

@@ -48,7 +48,7 @@ OWN = {
     "runtime/state.py",
     "formats/gazebo/sdf_objects.py",  # temporary folders of our own, made anew
     "formats/parts/read.py",
-    "recording/rrd_file.py",
+    "recording/parts.py",
     "cli/bench.py",
     "draw/map.py",  # to where `atomic_write` says
     "ros/packages.py",

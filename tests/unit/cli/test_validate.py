@@ -7,7 +7,7 @@ import pytest
 
 from vrx_mj.draw.chart import Chart
 from vrx_mj.validation import report
-from vrx_mj.validation.rows import Band, Case, Comparison
+from vrx_mj.validation.case import Band, Case, Comparison
 
 
 def case(name, ours, **options):

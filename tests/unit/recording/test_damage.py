@@ -21,14 +21,14 @@ from vrx_mj.config.sensors import BallShooterConfig, ImuConfig, LidarConfig
 from vrx_mj.errors import RecordError, VrxError
 from vrx_mj.foreign import ask, asking
 from vrx_mj.foreign.plain import pack
-from vrx_mj.recording import reader, rrd_file
+from vrx_mj.recording import parts as rrd
+from vrx_mj.recording import reader
 from vrx_mj.recording.boat_sets import BoatSet, BoatSetHead, Sent, head_of, parsed_json
 from vrx_mj.recording.checks import compare, rescore
 from vrx_mj.recording.packing import pack_rows, unpack_rows
-from vrx_mj.recording.parts import Part, pack_files, unpack_files
+from vrx_mj.recording.parts import Part, pack_files, parsed_file, unpack_files
 from vrx_mj.recording.reader import RecordedReadings, decode_jpeg, read_readings, read_record
 from vrx_mj.recording.record_scene import RecordedSensor
-from vrx_mj.recording.rrd_file import parsed_file
 from vrx_mj.recording.session import viewable
 from vrx_mj.recording.simulation_scene import check_columns, scene_of
 
@@ -62,8 +62,8 @@ def trouble(use):
 def test_a_parser_that_does_not_end_well_is_damage_of_the_file(recording, monkeypatch):
     """As a panic of rerun's is, at some flipped bytes."""
     monkeypatch.setattr(asking, "PACKAGE", "foreign_jobs")
-    monkeypatch.setattr(rrd_file, "PARSER", "tricks")
-    monkeypatch.setattr(rrd_file, "ask", lambda *given, **named: ask(*given, **{**named, "threads": False}))
+    monkeypatch.setattr(rrd, "PARSER", "tricks")
+    monkeypatch.setattr(rrd, "ask", lambda *given, **named: ask(*given, **{**named, "threads": False}))
     assert refusal(read_record, recording) == f"'{recording}' is damaged: its reader was killed by SIGABRT"
 
 
@@ -79,7 +79,7 @@ def test_a_recording_that_names_another_file_cannot_read_it(recording, tmp_path)
 @pytest.mark.parametrize("columns", [{"head": [3]}, {"head": "a text"}, {"head": [["a text"]]}, [], None])
 def test_what_the_parser_says_is_checked(columns, recording, monkeypatch):
     said = {"value": [[["/record/run", True, columns]], True, True], "warnings": []}
-    monkeypatch.setattr(rrd_file, "ask", lambda *_arguments, returns, **_options: asking._outcome(said, returns, "it"))
+    monkeypatch.setattr(rrd, "ask", lambda *_arguments, returns, **_options: asking._outcome(said, returns, "it"))
     assert refusal(read_record, recording).startswith(f"'{recording}' is damaged: ")
 
 
@@ -490,7 +490,7 @@ def test_a_parser_may_take_memory_and_time_for_the_size_of_a_recording(recording
         given.update(options, job=job)
         return ask(job, *arguments, **options)
 
-    monkeypatch.setattr(rrd_file, "ask", noted)
+    monkeypatch.setattr(rrd, "ask", noted)
     read_record(recording)
     size = recording.stat().st_size
     assert (given["memory"], given["answer"]) == (2 * ((64 << 20) + 16 * size), (64 << 20) + 16 * size)
@@ -501,15 +501,15 @@ def test_a_parser_may_take_memory_and_time_for_the_size_of_a_recording(recording
 def test_a_viewer_that_is_not_installed_and_a_file_that_cannot_be_read_are_told(recording, monkeypatch, tmp_path):
     monkeypatch.setattr("rerun.__file__", str(tmp_path / "rerun_sdk" / "rerun" / "__init__.py"))
     path = tmp_path / "rerun_sdk" / "rerun_cli" / ("rerun.exe" if sys.platform == "win32" else "rerun")
-    assert refusal(rrd_file.viewer_binary) == f"no rerun viewer at '{path}': install rerun-sdk for this platform"
+    assert refusal(rrd.viewer_binary) == f"no rerun viewer at '{path}': install rerun-sdk for this platform"
     path.parent.mkdir(parents=True)
     path.touch()
-    assert rrd_file.viewer_binary() == path
+    assert rrd.viewer_binary() == path
     monkeypatch.setenv("SOME", "thing")
-    assert {"SOME": "thing", "CI": "true"}.items() <= rrd_file.viewer_environment().items()
+    assert {"SOME": "thing", "CI": "true"}.items() <= rrd.viewer_environment().items()
 
     def fail(_):
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(rrd_file, "_whole_file", fail)
+    monkeypatch.setattr(rrd, "_whole_file", fail)
     assert refusal(read_record, recording) == f"cannot read the recording '{recording}': Permission denied"

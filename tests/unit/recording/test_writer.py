@@ -17,9 +17,8 @@ from vrx_mj.errors import RecordError, VrxWarning
 from vrx_mj.recording import encoding
 from vrx_mj.recording.motion_chunks import POSE_STEP
 from vrx_mj.recording.packing import plain_rows
-from vrx_mj.recording.parts import Part
+from vrx_mj.recording.parts import FILE_HEADER, MESSAGE_HEADER, Part, whole_bytes
 from vrx_mj.recording.reader import Event, read_record
-from vrx_mj.recording.rrd_file import FILE_HEADER, MESSAGE_HEADER, whole_bytes
 from vrx_mj.recording.sea_meshes import bands, grid_around, swell_of
 from vrx_mj.recording.session import RecordWriter
 from vrx_mj.recording.water_chunks import LEAD, TRAIL_RATE

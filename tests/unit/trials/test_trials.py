@@ -9,8 +9,17 @@ from scipy.optimize import brentq
 
 import vrx_mj
 from vrx_mj.errors import CommandError
-from vrx_mj.trials import SimulatedVessel, VesselState, crash_stop, decay, pull_out, spiral, turning, zigzag
-from vrx_mj.trials.procedures import decay_figures
+from vrx_mj.trials import (
+    SimulatedVessel,
+    VesselState,
+    crash_stop,
+    decay,
+    decay_figures,
+    pull_out,
+    spiral,
+    turning,
+    zigzag,
+)
 
 U, K, T = 2.0, 0.2, 3.0
 """Speed [m/s], gain [1/s] and time constant [s] of Nomoto's model T r' + r = K helm."""

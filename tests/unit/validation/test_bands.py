@@ -6,8 +6,8 @@ import subprocess
 import pytest
 
 from vrx_mj.packages import root
+from vrx_mj.validation.case import EVIDENCE, Band, bands
 from vrx_mj.validation.report import CASES
-from vrx_mj.validation.rows import EVIDENCE, Band, bands
 
 FILE = "assets/validation/bands.csv"
 

@@ -7,7 +7,7 @@ import runpy
 import numpy as np
 import pytest
 
-from vrx_mj.validation.rows import folder
+from vrx_mj.validation.case import folder
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import yaml
 from scipy.optimize import least_squares
 
 from vrx_mj.packages import root
-from vrx_mj.validation.rows import rows
+from vrx_mj.validation.case import rows
 
 
 def test_its_thrust_ahead_is_fitted_to_the_odd_runs_alone():

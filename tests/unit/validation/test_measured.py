@@ -10,7 +10,7 @@ from peak_memory import peak_memory
 from vrx_mj import Simulation, compile_world
 from vrx_mj.config.measured import MOST_BYTES, SIGNALS, read_case, read_measurements
 from vrx_mj.errors import VrxError
-from vrx_mj.validation.report import _READERS, measured_case, run_cases
+from vrx_mj.validation.report import _signal, measured_case, run_cases
 
 WORLD = "physics: {profile: marine}\nsea: {model: none}\nspawn: {robot: skiff, sensors: none}\n"
 CASE = """
@@ -65,7 +65,7 @@ def test_a_signal_is_read_where_its_name_says():
         position=(1.0, 2.0, 3.0), roll=0.1, pitch=0.2, heading=0.3, velocity=(4.0, 5.0, 6.0),
         angular_velocity=(0.4, 0.5, 0.6), speed=7.0,
     )  # fmt: skip
-    read = {name: _READERS[name](seen) for name in SIGNALS}
+    read = {name: _signal(seen, name) for name in SIGNALS}
     turned = {name: math.radians(value) for name, value in read.items() if SIGNALS[name].startswith("deg")}
     assert list(turned.values()) == pytest.approx([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
     assert [value for name, value in read.items() if name not in turned] == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]

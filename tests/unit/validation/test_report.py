@@ -12,9 +12,9 @@ import pytest
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.errors import UnknownNameError, VrxError
 from vrx_mj.packages import root
-from vrx_mj.validation import rows as reference
+from vrx_mj.validation import case as reference
+from vrx_mj.validation.case import Band, Case, Comparison, case
 from vrx_mj.validation.report import CASES, counts, evidence, page, results_json, run_cases, select_cases, write_report
-from vrx_mj.validation.rows import Band, Case, Comparison, case
 
 
 def found(*ours):

@@ -271,7 +271,7 @@ def _boat_to_follow(recorded: Record, boat: str | None) -> str:
         raise VideoError(f"'{recorded.path}' has no boat to follow")
     if boat is not None:
         check_name("boat", boat, boats)
-    task = recorded.companies[0].world.parameters.task
+    task = recorded.parameters.task
     scored = task.boat if task else ""
     return boat or (scored if scored in boats else next(iter(boats)))
 

@@ -3,8 +3,6 @@
 A recording is known as a whole, so a camera's path is smoothed with what comes after as with what was before.
 """
 
-from __future__ import annotations
-
 import math
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -17,11 +15,11 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arguments import as_number, as_numbers
-from vrx_mj.arrays import ByteArray, FloatArray
+from vrx_mj.arrays import ByteArray, FloatArray, Uint32Array
 from vrx_mj.errors import CommandError, RecordError, quote
 from vrx_mj.mjcf.scene import add_skin, compiled_spec, drawing_spec
 from vrx_mj.physics.surface import EDGE, PLAIN, RINGS, SPOKES, draw_surface, fan_triangles
-from vrx_mj.recording.antialiasing import Words, antialias, fill_sky, smooth
+from vrx_mj.recording.antialiasing import antialias, fill_sky, smooth
 from vrx_mj.recording.boat_sets import MAX_NUMBER, BoatSet, columns_in
 from vrx_mj.recording.checks import looks_again
 from vrx_mj.recording.reader import Record
@@ -216,7 +214,7 @@ class Footage:
         self.recorded = recorded
         self.start, self.end = map(float, recorded.time[[0, -1]])
         """Times of the first and the last row [s]."""
-        self.level = recorded.companies[0].world.parameters.sea.level
+        self.level = recorded.parameters.sea.level
         """Mean height of the water [m]."""
         self._columns = [columns_in(recorded.layout, boat_set.layout) for boat_set in recorded.companies]
         layouts = [boat_set.layout for boat_set in recorded.companies]
@@ -250,7 +248,7 @@ class Footage:
     @cached_property
     def _statuses(self) -> tuple[tuple[float, str, TaskStatus, str], ...]:
         """Time [s], and name, status and unit of the task whenever its referee looked; empty without a task."""
-        if self.recorded.companies[0].world.parameters.task is None:
+        if self.recorded.parameters.task is None:
             return ()
         referee, looks = looks_again(self.recorded)
         unit = TASK_KINDS[referee.type].unit
@@ -360,7 +358,7 @@ class Stage:
         self._canvas.close()
 
 
-def _own_sky(model: mujoco.MjModel, fog: bool) -> Words | None:
+def _own_sky(model: mujoco.MjModel, fog: bool) -> Uint32Array | None:
     """A model's sky (6 side, side), which needs not be drawn: nothing that lets light through may be before it."""
     skies = np.flatnonzero(model.tex_type == mujoco.mjtTexture.mjTEXTURE_SKYBOX)
     painted = np.where(model.geom_matid < 0, 1.0, model.mat_rgba[model.geom_matid, 3])

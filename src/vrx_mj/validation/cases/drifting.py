@@ -12,16 +12,21 @@ from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.frames import rotation_matrix
 from vrx_mj.packages import root
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.rows import Comparison, Outcome, TableRow, case
-from vrx_mj.validation.rows import rows as table_rows
-from vrx_mj.validation.setups import (
+from vrx_mj.validation.case import (
     GRAVITY,
     PHYSICS,
+    Comparison,
+    Outcome,
+    TableRow,
     autocorrelation,
+    case,
     marine_simulation,
+    one_boat,
     only_boat,
     packaged_simulation,
     record,
+    rows,
+    unit,
     with_boat_at,
 )
 
@@ -89,7 +94,7 @@ def _extremes(times: FloatArray, heights: FloatArray) -> list[tuple[float, float
 
 def _in_theory() -> list[TableRow]:
     """Extremes of linear theory with the buoyancy of the sphere's shape."""
-    return [each for each in table_rows("hemisphere_decay") if each["theory"] == "restoring"]
+    return [each for each in rows("hemisphere_decay") if each["theory"] == "restoring"]
 
 
 @case(*_MEMORY)
@@ -143,10 +148,8 @@ def sphere_tank() -> Outcome:
     time, height = crests[0]
     yield Comparison("next crest after 30 mm, time", "s", None, time)
     yield Comparison("next crest after 30 mm, share of the drop", "", None, height / 0.03)
-    yield from (
-        Comparison(f"next crest after {name} mm, later than before", "s", None, crests[i + 1][0] - crests[i][0])
-        for i, name in enumerate((90, 150))
-    )
+    for name, (before, after) in zip((90, 150), pairwise(crests), strict=True):
+        yield Comparison(f"next crest after {name} mm, later than before", "s", None, after[0] - before[0])
     measured = Series("measured crest after 30 mm", [0.7635], [0.64], kind="points", reference=True)
     yield Chart("Height over the drop", "time [s]", "height / drop", (measured, *series))
 
@@ -159,7 +162,7 @@ def _heave(period: float, world: str) -> float:
     seen, places = record(sim, lambda sim: only_boat(sim).position, round(30.0 * period / step), step)
     last = slice(-round(5.0 * period / step), None)
     times, (x, _, z) = seen[last], places[last].T
-    omega = 2.0 * math.pi / period
+    omega = math.tau / period
     turned = z * np.exp(1j * (omega * times - omega**2 / 9.81 * x))  # it drifts with the waves
     return float(2.0 * abs(turned.mean()) / (0.5 * height))
 
@@ -209,18 +212,16 @@ def hemisphere() -> Outcome:
         "A33 / (rho V)": np.array(table["added_mass"])[:, 2, 2] / displaced,
         "B33 / (rho V omega)": np.array(table["damping"])[:, 2, 2] / (displaced * omega),
     }
-    exact = np.array([list(each.values()) for each in table_rows("hemisphere")]).T
+    exact = np.array([list(each.values()) for each in rows("hemisphere")]).T
     for name, reference in zip(ours, exact[1:], strict=True):
         lines = (
             Series("multipoles", exact[0], reference, kind="points", reference=True),
             Series("ours", numbers, ours[name]),
         )
         yield Chart(name, "k a", name, lines)
-        yield from (
-            Comparison(f"{name}, k a {ka:g}", "", value, _at(ka, numbers, ours[name]))
-            for ka, value in zip(exact[0], reference, strict=True)
-            if ka in _NUMBERS
-        )
+        for ka, value in zip(exact[0], reference, strict=True):
+            if ka in _NUMBERS:
+                yield Comparison(f"{name}, k a {ka:g}", "", value, _at(ka, numbers, ours[name]))
 
 
 def _at(number: float, numbers: FloatArray, values: FloatArray) -> float:
@@ -240,11 +241,11 @@ def sphere_orbit() -> Outcome:
     Reference: Linear theory: orbits of radius a e^(k z); Stokes (1847): drift omega k a^2 e^(2 k z).
     """
     sim, length, amplitude = packaged_simulation("orbit"), 10.0, 0.1
-    k = 2.0 * math.pi / length
+    k = math.tau / length
     omega = math.sqrt(GRAVITY * k)
     sim.step(duration=20.0)
     steps = 800
-    part = sim.timestep * round(4.0 * 2.0 * math.pi / omega / steps / sim.timestep)
+    part = sim.timestep * round(4.0 * math.tau / omega / steps / sim.timestep)
     t, track = (each[1:] for each in record(sim, lambda sim: sim.observe_object("sphere").position, steps, part))
     radius = amplitude * math.exp(k * float(track[:, 2].mean()))
     basis = np.column_stack([np.cos(omega * t), np.sin(omega * t), np.ones(steps), t])
@@ -253,7 +254,7 @@ def sphere_orbit() -> Outcome:
     yield Comparison("radius of the orbit, upward", "m", radius, math.hypot(up[0], up[1]))
     yield Comparison("radius of the orbit, along the waves", "m", radius, math.hypot(along[0], along[1]))
     yield Comparison("drift", "m/s", drift, along[3])
-    turn = np.linspace(0.0, 2.0 * math.pi, 100)
+    turn = np.linspace(0.0, math.tau, 100)
     x, z = track[: steps // 4, 0], track[: steps // 4, 2]
     circle = Series("circle", x.mean() + radius * np.cos(turn), z.mean() + radius * np.sin(turn), reference=True)
     lines = circle, Series("sphere", x, z)
@@ -290,12 +291,11 @@ def swell_adrift() -> Outcome:
     waves.
     """
     amplitude, period = 2.48, 20.0
-    omega = 2.0 * math.pi / period
+    omega = math.tau / period
     stokes = omega * omega**2 / GRAVITY * amplitude**2
     series, times = [], np.zeros(1)
     for robot, name, heading in _ADRIFT:
-        boats = [{"name": "a", "pose": [0.0, 0.0, 0.0, 0.0, 0.0, heading]}]
-        fleet = {"robot": robot, "boats": boats, "sensors": "none"}
+        fleet = one_boat(robot, heading, sensors="none")
         sim = marine_simulation(fleet, sea={"model": "regular", "height": 2.0 * amplitude, "period": period})
         sim.step(duration=10.0 * period)
         times, x = record(sim, lambda sim: only_boat(sim).position[0], 800, period / 40.0)
@@ -345,10 +345,6 @@ def _velocity(sim: Simulation, name: str) -> FloatArray:
     return (np.array(rotation_matrix(seen.quaternion)) @ seen.velocity)[:2]
 
 
-def _unit(degrees: float) -> FloatArray:
-    return np.array([math.cos(math.radians(degrees)), math.sin(math.radians(degrees))])
-
-
 @case(*_CURRENT_FILES)
 def current_tide() -> Outcome:
     """A tide over the depth.
@@ -366,15 +362,15 @@ def current_tide() -> Outcome:
     sim, samples, names = packaged_simulation("drogues", current=current), 300, [f"drogue{n}" for n in range(1, 6)]
     sim.step(duration=_PERIOD)
     times, found = record(sim, lambda sim: [_velocity(sim, name) for name in names], samples, _PERIOD / samples)
-    phase, seen = 2.0 * math.pi / _PERIOD * times[1:], found[1:]
+    phase, seen = math.tau / _PERIOD * times[1:], found[1:]
     mean = seen.mean(axis=0)
     swing = 2.0 * np.tensordot(np.exp(-1j * phase), seen, 1) / samples  # of e^(i omega t)
     shares = np.interp(_DEPTHS, *np.transpose(_PROFILE))
     turn = np.exp(1j * math.radians(_PHASE))
     for depth, share, steady, wave in zip(_DEPTHS, shares.tolist(), mean, swing, strict=True):
         at = f"at {depth:g} m"
-        along, across = (complex(wave @ _unit(angle) / turn) for angle in (_AXIS, _AXIS + 90.0))
-        yield Comparison(f"mean {at}", "m/s", share * _MEAN, steady @ _unit(_TOWARD))
+        along, across = (complex(wave @ unit(angle) / turn) for angle in (_AXIS, _AXIS + 90.0))
+        yield Comparison(f"mean {at}", "m/s", share * _MEAN, steady @ unit(_TOWARD))
         yield Comparison(f"greatest tide {at}", "m/s", share * _MAJOR, along.real)
         yield Comparison(f"least tide {at}, clockwise", "m/s", share * _MINOR, -across.imag)
     yield _ellipses(seen, shares, phase)
@@ -384,9 +380,9 @@ def _ellipses(seen: FloatArray, shares: FloatArray, phase: FloatArray) -> Chart:
     """What the arrow of the current draws at the surface, in the middle and at the bottom of the profile."""
     series: list[Series] = []
     angle = phase + math.radians(_PHASE)
-    ring = np.outer(_MAJOR * np.cos(angle), _unit(_AXIS)) + np.outer(_MINOR * np.sin(angle), _unit(_AXIS + 90.0))
+    ring = np.outer(_MAJOR * np.cos(angle), unit(_AXIS)) + np.outer(_MINOR * np.sin(angle), unit(_AXIS + 90.0))
     for number in (0, 2, 4):
-        east, north = (shares[number] * (_MEAN * _unit(_TOWARD) + ring)).T
+        east, north = (shares[number] * (_MEAN * unit(_TOWARD) + ring)).T
         series.append(Series("closed form", east, north, reference=True))
         series.append(Series(f"{_DEPTHS[number]:g} m", seen[::10, number, 0], seen[::10, number, 1], kind="points"))
     return Chart("Velocity over a period, by depth", "east [m/s]", "north [m/s]", series, equal=True)
@@ -483,9 +479,9 @@ def mooring_period() -> Outcome:
     stretch = places[:, 0] - far
     found, ratio = _swing(times, stretch)
     later, sway = _track(sim, (far, aside), 240.0)
-    yield Comparison("period along the rope", "s", 2.0 * math.pi / along, found)
+    yield Comparison("period along the rope", "s", math.tau / along, found)
     yield Comparison("half a swing over the one before", "", math.exp(-decay * math.pi / along), ratio)
-    yield Comparison("period across it", "s", 2.0 * math.pi / across, _swing(later, sway[:, 1])[0])
+    yield Comparison("period across it", "s", math.tau / across, _swing(later, sway[:, 1])[0])
     closed = np.exp(-decay * times) * (np.cos(along * times) + decay / along * np.sin(along * times))
     lines = Series("closed form", times, aside * closed, reference=True), Series("ours", times, stretch)
     yield Chart("Stretch of the rope beyond that at rest", "time [s]", "stretch [m]", lines)

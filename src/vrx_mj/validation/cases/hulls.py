@@ -1,7 +1,7 @@
 """Hulls: stiffness of barges, meshes upright, heeled and trimmed, wave forces, heave, blows, contacts of shapes."""
 
-import itertools
 import math
+from itertools import pairwise
 
 import mujoco
 import numpy as np
@@ -14,8 +14,19 @@ from vrx_mj.mjcf import templates
 from vrx_mj.mjcf.flotation import HullSheet, hull_sheet
 from vrx_mj.physics.panels import panels_of, wrench_of_still_water
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.rows import Comparison, Outcome, case, mesh, rows
-from vrx_mj.validation.setups import GRAVITY, PHYSICS, only_boat, packaged_simulation, record, with_boat_at
+from vrx_mj.validation.case import (
+    GRAVITY,
+    PHYSICS,
+    Comparison,
+    Outcome,
+    case,
+    mesh,
+    only_boat,
+    packaged_simulation,
+    record,
+    rows,
+    with_boat_at,
+)
 
 _MESH_FILES = ("physics/panels.py", "mjcf/flotation.py")
 STIFFNESSES = (("C33, heave", "N/m"), ("C44, roll", "N m/rad"), ("C55, pitch", "N m/rad"))
@@ -34,7 +45,7 @@ _SURGE_ADDED, _HEAVE_ADDED = 900.0, 3000.0
 """Added mass in the barge's file [kg]."""
 _STIFFNESS = _DENSITY * GRAVITY * _LENGTH * _BEAM
 """C33 [N/m]."""
-_PERIOD = 2.0 * math.pi * math.sqrt((_MASS + _HEAVE_ADDED) / _STIFFNESS)
+_PERIOD = math.tau * math.sqrt((_MASS + _HEAVE_ADDED) / _STIFFNESS)
 """Period of heave [s]."""
 _DROP = 0.05
 """Height from which it is let go [m]."""
@@ -84,10 +95,8 @@ def barges() -> Outcome:
         length, beam, draft, *_ = barge
         size = f"{length:g} x {beam:g} x {draft:g} m"
         theirs, ours = box_stiffness(*barge), _pressed_stiffness(*barge)
-        yield from (
-            Comparison(f"{name}, barge of {size}", unit, reference, value)
-            for (name, unit), reference, value in zip(STIFFNESSES, theirs, ours, strict=True)
-        )
+        for (name, unit), reference, value in zip(STIFFNESSES, theirs, ours, strict=True):
+            yield Comparison(f"{name}, barge of {size}", unit, reference, value)
     yield _righting_arms()
 
 
@@ -170,7 +179,7 @@ def froude_krylov() -> Outcome:
     Reference: Airy's pressure rho g a e^(k z) cos(k x - omega t) integrated over the box, per metre: heave rho g A
     e^(-k d) sin(k l / 2) / (k l / 2), the ends 2 rho g b sin(k l / 2) (1 - e^(-k d)) / k.
     """
-    k, height = (2.0 * math.pi / 3.0) ** 2 / GRAVITY, 0.02
+    k, height = (math.tau / 3.0) ** 2 / GRAVITY, 0.02
     deep, samples = math.exp(-k * _DRAFT), np.arange(60)
     for axis, wave, motion, along, across in (
         (0, "head", "surge", _LENGTH, _BEAM),
@@ -185,7 +194,7 @@ def froude_krylov() -> Outcome:
         amplitude = 2.0 / 60.0 * np.abs(np.exp(2j * math.pi * samples / 60) @ forces) / (0.5 * height)
         yield Comparison(f"heave, {wave} wave", "N/m", heave, amplitude[2])
         yield Comparison(f"{motion}, {wave} wave", "N/m", push, amplitude[axis])
-        phase = 2.0 * math.pi / 3.0 * times
+        phase = math.tau / 3.0 * times
         lines = (
             Series("closed forms", times, 0.5 * height * heave * np.cos(phase), reference=True),
             Series("", times, -0.5 * height * push * np.sin(phase), reference=True),
@@ -217,7 +226,7 @@ def heave_undamped() -> Outcome:
     kept = energy[-whole:].mean() / energy[:whole].mean()
     yield Comparison("energy, mean of the 20th period over that of the first", "", 1.0, kept)
     first = slice(int(np.searchsorted(times, 5.0 * _PERIOD)))
-    closed = _DROP * np.cos(2.0 * math.pi / _PERIOD * times)
+    closed = _DROP * np.cos(math.tau / _PERIOD * times)
     lines = Series("closed form", times[first], closed[first], reference=True), Series("ours", times[first], z[first])
     yield Chart("Height of the barge", "time [s]", "height [m]", lines)
 
@@ -236,11 +245,9 @@ def step_halved() -> Outcome:
     for step in steps:
         sim = with_boat_at(packaged_simulation("barge", physics={**PHYSICS, "timestep": step}), _RAISED)
         sim.step(duration=until)
-        errors.append(abs(float(only_boat(sim).position[2]) - _DROP * math.cos(2.0 * math.pi / _PERIOD * until)))
-    yield from (
-        Comparison(f"order from {coarse:g} to {fine:g} s", "", None, math.log2(errors[i] / errors[i + 1]))
-        for i, (coarse, fine) in enumerate(itertools.pairwise(steps))
-    )
+        errors.append(abs(float(only_boat(sim).position[2]) - _DROP * math.cos(math.tau / _PERIOD * until)))
+    for (coarse, one), (fine, other) in pairwise(zip(steps, errors, strict=True)):
+        yield Comparison(f"order from {coarse:g} to {fine:g} s", "", None, math.log2(one / other))
     lines = (
         Series("order 1", np.log10(steps), np.log10(errors[0]) + np.log10(np.array(steps) / steps[0]), reference=True),
         Series("ours", np.log10(steps), np.log10(errors), kind="points"),
@@ -298,10 +305,8 @@ def float_contact() -> Outcome:
         times = step * np.arange(len(pushes))
         label = f"{1000.0 * step:g} ms"
         series.append(Series(label, times, np.cumsum(pushes), reference=step == steps[0]))
-    yield from (
-        Comparison(f"impulse with steps of {1000.0 * step:g} ms", "N s", impulses[0], impulse)
-        for step, impulse in zip(steps[1:], impulses[1:], strict=True)
-    )
+    for step, impulse in zip(steps[1:], impulses[1:], strict=True):
+        yield Comparison(f"impulse with steps of {1000.0 * step:g} ms", "N s", impulses[0], impulse)
     yield Chart("Impulse on the barge so far", "time [s]", "impulse [N s]", series)
 
 

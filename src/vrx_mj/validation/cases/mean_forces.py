@@ -22,9 +22,19 @@ from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Hull
 from vrx_mj.model.water import Sea
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.rows import Comparison, Outcome, case, folder
-from vrx_mj.validation.rows import rows as table_rows
-from vrx_mj.validation.setups import GRAVITY, marine_world, only_boat, packaged_simulation, record, with_boat_at
+from vrx_mj.validation.case import (
+    GRAVITY,
+    Comparison,
+    Outcome,
+    case,
+    folder,
+    marine_world,
+    only_boat,
+    packaged_simulation,
+    record,
+    rows,
+    with_boat_at,
+)
 
 _ROBOTS = "barge_10m", "barge_4m", "blueboat", "cylinder", "heron", "kingfisher", "otter", "wamv", "cora", "skiff"
 _FREE = tuple((robot, *way) for robot in _ROBOTS for way in (("stern to it", 0.0), ("beam to it", 0.5 * math.pi)))
@@ -93,8 +103,8 @@ def _speeds_adrift(sea: dict[str, object], seed: int, start: float, end: float) 
     }
     for (robot, _, _), (x, yaw) in zip(_FREE, track.transpose(1, 2, 0), strict=True):
         speeds = steady[robot]
-        turns = np.linspace(0.0, 2.0 * np.pi, speeds.size, endpoint=False)
-        reference = np.interp(-yaw, turns, speeds, period=2.0 * np.pi).mean()
+        turns = np.linspace(0.0, math.tau, speeds.size, endpoint=False)
+        reference = np.interp(-yaw, turns, speeds, period=math.tau).mean()
         found.append((float(reference), float(np.polyfit(times, x, 1)[0])))
     return found
 
@@ -124,7 +134,7 @@ class _SeaOnHull:
         own, force, draft = _in_waves(robot, hull, sea.density)
         self._waves = omega, a = np.array([(wave.frequency, wave.amplitude) for wave in sea.waves]).T
         self._own, self._force = own, force[:, :2]
-        k, phases = omega**2 / GRAVITY, np.random.default_rng(1).uniform(0.0, 2.0 * np.pi, omega.size)
+        k, phases = omega**2 / GRAVITY, np.random.default_rng(1).uniform(0.0, math.tau, omega.size)
         swing = a * np.exp(1j * (phases - np.outer(17.3 * np.arange(1000.0), omega)))
         slip = (swing @ self._by_angle(own.slip, omega)).real
         self.slip = np.concatenate((slip, -slip), axis=1)
@@ -152,7 +162,7 @@ def _steady_speeds(hull: Hull, sea: _SeaOnHull) -> FloatArray:
     (x, y, z), (ahead, aside, *_) = vessel.point, vessel.damping_quadratic
     for number, slip in enumerate(sea.slip):
         u, v, _, p, q, r = slip.T
-        turn, speed = 2.0 * math.pi * number / len(sea.slip), 0.0
+        turn, speed = math.tau * number / len(sea.slip), 0.0
         drags = (
             ((ahead, u + q * z - r * y),),
             ((aside, v + r * x - p * z), *((strip.drag, v + r * strip.x - p * strip.z) for strip in vessel.strips)),
@@ -210,7 +220,7 @@ def mean_drift() -> Outcome:
     Reference: Capytaine's far-field force (Maruo, 1960; Newman, 1967) with its own motions, by its indirect method;
     the band is 10 %, or 2 % of the largest of head waves.
     """
-    found = [(row, _mean_force(row["sea"], row["period"])) for row in table_rows("drift")]
+    found = [(row, _mean_force(row["sea"], row["period"])) for row in rows("drift")]
     for row, force in found:
         name = f"{row['sea']} waves of {row['period']:g} s, force over amplitude squared"
         yield Comparison(name, "N/m2", row["force"], force)
@@ -226,7 +236,7 @@ def _mean_force(sea: str, period: float) -> float:
     Three runs find the speed that the start gives it; the last one starts with the opposite, and so stays where it is:
     at 1 cm/s it would meet waves of another frequency, and near the resonance of roll another force.
     """
-    amplitude, omega = _amplitude(period), 2.0 * math.pi / period
+    amplitude, omega = _amplitude(period), math.tau / period
     heading, axis = (math.pi, 0) if sea == "head" else (0.5 * math.pi, 1)
     water = {"model": "regular", "height": 2.0 * amplitude, "period": period, "density": 1025.0}
     start, acceleration = np.zeros(6), 0.0
@@ -260,7 +270,7 @@ def moored_drift() -> Outcome:
     Reference: That of mean-drift, since so soft a spring does not affect it; the band is 15 %, or 2 % of the largest of
     head waves.
     """
-    for row in table_rows("drift"):
+    for row in rows("drift"):
         name = f"{row['sea']} waves of {row['period']:g} s, pull over amplitude squared"
         toward = _TOWARD[row["sea"]]
         ahead, aside = row["force"] * math.cos(toward), row["force"] * math.sin(toward)
@@ -279,7 +289,7 @@ def towed_drift() -> Outcome:
     2 tau further ahead, with tau = omega U / g along and across them; that force is Capytaine's far-field one. The band
     is 15 %, or 2 % of the largest of head waves at rest.
     """
-    for row in table_rows("towed"):
+    for row in rows("towed"):
         expected = row["ahead"], row["aside"]
         ahead, aside = _line_force(_TOWARD[row["sea"]], row["period"], row["speed"], expected)
         name = f"{row['sea']} waves of {row['period']:g} s at {row['speed']:g} m/s, force"
@@ -293,7 +303,7 @@ def _line_force(toward: float, period: float, speed: float, expected: tuple[floa
 
     The barge is let go where the expected force would hold it.
     """
-    amplitude, slow, omega = _amplitude(period), 2.0 * math.pi / 25.0, 2.0 * math.pi / period
+    amplitude, slow, omega = _amplitude(period), math.tau / 25.0, math.tau / period
     mass, brake, turning = 2100.0, 40.0, np.array((2000.0, 1000.0))
     water = {"model": "regular", "height": 2.0 * amplitude, "period": period, "density": 1025.0, "ramp": 5.0}
     sim = with_boat_at(packaged_simulation("drift_barge", sea=water), (0.0,) * 5 + (-toward,), (speed,) + (0.0,) * 5)
@@ -304,7 +314,7 @@ def _line_force(toward: float, period: float, speed: float, expected: tuple[floa
     for _ in range(11000):
         boat, rates = only_boat(sim), sim.data.qvel
         stretch = np.array(boat.position[:2]) + rest - speed * sim.time * way
-        yaw = math.remainder(2.0 * math.atan2(boat.quaternion[3], boat.quaternion[0]) + toward, 2.0 * math.pi)
+        yaw = math.remainder(2.0 * math.atan2(boat.quaternion[3], boat.quaternion[0]) + toward, math.tau)
         pull = -mass * slow**2 * stretch - brake * (rates[:2] - speed * way)
         sim.data.qfrc_applied[[0, 1, 5]] = *pull, -turning @ (yaw, rates[5])
         sim.step(duration=sim.timestep)

@@ -1,26 +1,36 @@
 """Forces of waves on hulls: pressure against its integral, scattering, short waves, resolution, a flume section."""
 
-import itertools
 import math
 from collections import defaultdict
 from collections.abc import Mapping
-from itertools import groupby
+from itertools import groupby, pairwise, product
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from vrx_mj.arrays import FloatArray
+from vrx_mj.arrays import ComplexArray, FloatArray
 from vrx_mj.config.shapes import normals_of
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.frames import rotation_matrix
 from vrx_mj.mjcf.flotation import faces_of
 from vrx_mj.physics.panels import panels_of, wrench_of_pressures
 from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.validation.case import (
+    GRAVITY,
+    Comparison,
+    Outcome,
+    TableRow,
+    case,
+    marine_simulation,
+    marine_world,
+    one_boat,
+    only_boat,
+    packaged_simulation,
+    record,
+    rows,
+    unit,
+)
 from vrx_mj.validation.cases.waves import PERIOD, moment
-from vrx_mj.validation.rows import Comparison, Outcome, TableRow, case
-from vrx_mj.validation.rows import rows as table_rows
-from vrx_mj.validation.setups import GRAVITY, marine_simulation, marine_world, only_boat, packaged_simulation, record
 
 _SEAS: Mapping[str, Mapping[str, Any]] = {
     "swell": {"model": "regular", "height": 4.96, "period": 20.0},
@@ -45,7 +55,7 @@ _FREE_AMPLITUDE, _LAST = 0.001, 8
 """Amplitude of the wave [m]; how many of its last periods count."""
 _DENSITY, _LENGTH, _BEAM, _DRAFT = 1025.0, 4.0, 2.0, 0.5
 """Water [kg/m3] and size of the fixed barge [m]."""
-_WAVE = (2.0 * math.pi / 3.0) ** 2 / GRAVITY
+_WAVE = (math.tau / 3.0) ** 2 / GRAVITY
 """Wavenumber of a period of 3 s in deep water [rad/m]."""
 _CUTS = (2, 4, 8, 16)
 """Parts into which the barge's beam is cut; its length has twice as many."""
@@ -79,8 +89,7 @@ def wave_pressure() -> Outcome:
     """
     for name, sea in _SEAS.items():
         for robot, rest, heading in _BOATS:
-            fleet = {"robot": robot, "boats": [{"name": "a", "pose": [0, 0, 0, 0, 0, heading]}], "sensors": "none"}
-            sim = marine_simulation(fleet, sea=sea, seed=5)
+            sim = marine_simulation(one_boat(robot, heading, sensors="none"), sea=sea, seed=5)
             times, ours, exact = _pressures_of(sim, rest, heading, lifted=name == "swell")
             apart, varied = ours - exact, exact - exact.mean(axis=0)
             for kind, half in (("force", slice(0, 3)), ("torque", slice(3, 6))):
@@ -151,13 +160,10 @@ def _wet(triangles: FloatArray, depth: FloatArray) -> FloatArray:
     return np.concatenate(found)
 
 
-_Amplitudes = npt.NDArray[np.complex128]
-
-
-def _reference() -> dict[tuple[float, float], _Amplitudes]:
+def _reference() -> dict[tuple[float, float], ComplexArray]:
     """Complex amplitudes (kinds, motions) by heading and by where the wave goes [degrees]."""
-    found: dict[tuple[float, float], _Amplitudes] = {}
-    for row in table_rows("diffraction"):
+    found: dict[tuple[float, float], ComplexArray] = {}
+    for row in rows("diffraction"):
         course = row["heading"], row["toward"]
         forces = found.setdefault(course, np.zeros((len(_KINDS), len(_MOTIONS)), np.complex128))
         value = complex(row["real"], row["imaginary"])
@@ -165,11 +171,15 @@ def _reference() -> dict[tuple[float, float], _Amplitudes]:
     return found
 
 
+def _wave(amplitude: float, period: float, toward: float) -> dict[str, object]:
+    """A regular wave of an amplitude [m] and a period [s] that goes toward an angle [degrees], in sea water."""
+    sea = {"model": "regular", "height": 2.0 * amplitude, "period": period, "density": 1025.0}
+    return {**sea, "direction": unit(toward).tolist()}
+
+
 def _forces(heading: float, toward: float) -> FloatArray:
     """Forces (samples, kinds, motions) over a period on the hull, held, and as a third kind the wave's height."""
-    along = [math.cos(math.radians(toward)), math.sin(math.radians(toward))]
-    sea = {"model": "regular", "height": 2.0 * _AMPLITUDE, "period": _PERIOD, "direction": along, "density": 1025.0}
-    sim, turn = packaged_simulation("bowed_box", sea=sea), math.radians(heading)
+    sim, turn = packaged_simulation("bowed_box", sea=_wave(_AMPLITUDE, _PERIOD, toward)), math.radians(heading)
     (boat,) = sim.boats
     pose = [*_PLACE, 0.0, 0.0, 0.0, turn]
     found = np.zeros((_PHASES, 3, len(_MOTIONS)))
@@ -203,11 +213,10 @@ def diffraction_headings() -> Outcome:
         ours = swings[:2] / swings[2, 0]
         course = f"heading {heading:g}, wave toward {toward:g} degrees"
         size = np.repeat([np.linalg.norm(theirs[0, :3]), np.linalg.norm(theirs[0, 3:])], 3)
-        yield from (
-            Comparison(f"{motion}, {course}", "N/m" if i < 3 else "N m/m", abs(theirs[0, i]), abs(ours[0, i]))
-            for i, motion in enumerate(_MOTIONS)
-            if abs(theirs[0, i]) > 0.1 * size[i]
-        )
+        for i, motion in enumerate(_MOTIONS):
+            if abs(theirs[0, i]) > 0.1 * size[i]:
+                unit = "N/m" if i < 3 else "N m/m"
+                yield Comparison(f"{motion}, {course}", unit, abs(theirs[0, i]), abs(ours[0, i]))
         for kind, label in enumerate(("diffraction", "Froude-Krylov")):
             for half, name in ((slice(0, 3), "force"), (slice(3, 6), "moment")):
                 apart = np.linalg.norm(ours[kind, half] - theirs[kind, half]) / np.linalg.norm(theirs[kind, half])
@@ -217,7 +226,7 @@ def diffraction_headings() -> Outcome:
             yield _chart(samples, theirs[0], course)
 
 
-def _chart(samples: FloatArray, theirs: _Amplitudes, course: str) -> Chart:
+def _chart(samples: FloatArray, theirs: ComplexArray, course: str) -> Chart:
     """Diffraction over a period, from the passage of a crest on."""
     first = int(samples[:, 2, 0].argmax())
     times = _PERIOD / _PHASES * np.arange(_PHASES)
@@ -254,13 +263,9 @@ def roll_damping() -> Outcome:
 
 def _swing(robot: str, period: float, toward: float, periods: int) -> tuple[FloatArray, bool]:
     """Heave of a robot's centre of mass over a wave's amplitude, roll and pitch over its slope; is it a hull long?"""
-    along = [math.cos(math.radians(toward)), math.sin(math.radians(toward))]
-    sea = {
-        "model": "regular", "height": 2.0 * _FREE_AMPLITUDE, "period": period, "direction": along, "density": 1025.0
-    }  # fmt: skip
-    fleet = {"robot": robot, "boats": [{"name": "a", "pose": [0] * 6}], "sensors": "none"}
-    sim = marine_simulation(fleet, sea=sea)
-    center, omega = np.array(sim.world.parameters.hulls[0].body_com), 2.0 * math.pi / period
+    sea, along = _wave(_FREE_AMPLITUDE, period, toward), unit(toward).tolist()
+    sim = marine_simulation(one_boat(robot, sensors="none"), sea=sea)
+    center, omega = np.array(sim.world.parameters.hulls[0].body_com), math.tau / period
     wavenumber, found, phases = omega**2 / GRAVITY, [], []
     for step in range(round(periods * period / sim.timestep)):
         sim.advance(1)
@@ -274,7 +279,7 @@ def _swing(robot: str, period: float, toward: float, periods: int) -> tuple[Floa
     swings: FloatArray = harmonics / _FREE_AMPLITUDE / (1.0, wavenumber, wavenumber)
     vessel = sim.world.parameters.hulls[0].vessel
     assert vessel is not None
-    return swings, 2.0 * math.pi / wavenumber >= vessel.length
+    return swings, math.tau / wavenumber >= vessel.length
 
 
 @case("physics/waves.py", "physics/kinematics.py", "physics/vessel.py", table="short_waves")
@@ -285,7 +290,7 @@ def short_waves() -> Outcome:
     waves of 1 mm; first harmonics of heave of the centre of mass, roll and pitch over the last 8 of 24 periods. The
     wave of 1.5 s is 0.85 of the hulls' length; in it, no motion may exceed twice the reference's.
     """
-    for row in table_rows("short_waves"):
+    for row in rows("short_waves"):
         yield from _swings(row, "", 24)
 
 
@@ -297,7 +302,7 @@ def response_amplitudes() -> Outcome:
     harmonics of heave of the centre of mass, roll and pitch over the last 8 of 60 periods. In waves shorter than the
     waterline, no motion may exceed twice the reference's.
     """
-    for row in table_rows("response_amplitudes"):
+    for row in rows("response_amplitudes"):
         yield from _swings(row, "_hydro", 60)
 
 
@@ -315,7 +320,7 @@ def _swings(row: Mapping[str, Any], suffix: str, periods: int) -> Outcome:
 def _side(across: tuple[FloatArray, FloatArray], place: FloatArray) -> list[FloatArray]:
     """Triangles of a rectangle, counter-clockwise along the two axes; `place` (3, 3) takes (u, v, 1) into space."""
     found = []
-    for (a, b), (c, d) in itertools.product(*(itertools.pairwise(values.tolist()) for values in across)):
+    for (a, b), (c, d) in product(*(pairwise(values.tolist()) for values in across)):
         p, q, r, s = (place @ (u, v, 1.0) for u, v in ((a, c), (b, c), (b, d), (a, d)))
         found += [np.array((p, q, r)), np.array((p, r, s))]
     return found
@@ -391,7 +396,7 @@ def _convergence(
 ) -> Outcome:
     """How fast errors go down with a number of parts; both as logarithms, with a line of an order."""
     for name, found in errors.items():
-        for (a, one), (b, other) in itertools.pairwise(zip(numbers, found, strict=True)):
+        for (a, one), (b, other) in pairwise(zip(numbers, found, strict=True)):
             quantity = f"order of the error of {name}, from {a} to {b} {parts}"
             yield Comparison(quantity, "", None, math.log2(one / other))
     x = np.log10(numbers)
@@ -414,7 +419,7 @@ def section_flume() -> Outcome:
     Reference: The mean force on the fixed section is not compared: a hull's file has that of a moving hull.
     """
     charts: dict[str, list[tuple[float, float, float]]] = defaultdict(list)
-    conditions = groupby(table_rows("flume"), lambda row: (row["set"], row["period"], 1e3 * row["height"]))
+    conditions = groupby(rows("flume"), lambda row: (row["set"], row["period"], 1e3 * row["height"]))
     for (kind, period, height), group in conditions:
         own = list(group)
         ours = _fixed_forces(own[0]) if kind == "fixed" else _afloat(own[0])
@@ -441,7 +446,7 @@ def _simulation(row: TableRow) -> Simulation:
 
 def _fit(times: FloatArray, values: FloatArray, period: float, *others: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Means and amplitudes of the first harmonic of values (n, m) at times (n,), beside their second and `others`."""
-    phase = 2.0 * math.pi / period * times
+    phase = math.tau / period * times
     waves = [f(n * phase) for n in (1, 2) for f in (np.cos, np.sin)]
     found = np.linalg.lstsq(np.stack([np.ones(times.size), *waves, *others], axis=1), values, rcond=None)[0]
     return found[0], np.hypot(found[1], found[2])

@@ -9,8 +9,19 @@ from scipy.optimize import brentq
 from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.rows import Comparison, Outcome, case, folder, rows
-from vrx_mj.validation.setups import GRAVITY, marine_simulation, only_boat, packaged_simulation, record
+from vrx_mj.validation.case import (
+    GRAVITY,
+    Comparison,
+    Outcome,
+    case,
+    folder,
+    marine_simulation,
+    one_boat,
+    only_boat,
+    packaged_simulation,
+    record,
+    rows,
+)
 
 _TANK = "propeller_tank"
 _FULL, _DIAMETER, _VANISHING, _LAG, _POWER = 80.0, 0.2, 4.0, 0.5, 900.0
@@ -127,10 +138,8 @@ def propeller_speed() -> Outcome:
     for command, thrust in _COMMANDS.items():
         still, stream = _run_with_thrust(command), _run_with_thrust(command, current={"speed": 1.0, "direction": 180.0})
         pulls = [_thrust_at(still, command, speed=each) for each in speeds]
-        yield from (
-            Comparison(f"thrust at {each:g} m/s, {thrust:g} N at rest", "N", _open_water(thrust, each), pull)
-            for each, pull in zip(speeds, pulls, strict=True)
-        )
+        for each, pull in zip(speeds, pulls, strict=True):
+            yield Comparison(f"thrust at {each:g} m/s, {thrust:g} N at rest", "N", _open_water(thrust, each), pull)
         name = f"thrust in a current of 1 m/s from ahead, {thrust:g} N at rest"
         yield Comparison(name, "N", _open_water(thrust, 1.0), _thrust_at(stream, command))
         series.append(Series("open-water line", speeds, [_open_water(thrust, each) for each in speeds], reference=True))
@@ -162,10 +171,8 @@ def propeller_ventilation() -> Outcome:
     """
     sim, depths = _run_with_thrust(1.0), np.linspace(-1.25, 1.25, 11)
     shares = [_thrust_at(sim, 1.0, height=_DEPTH - 0.5 * _DIAMETER * depth) / _FULL for depth in depths.tolist()]
-    yield from (
-        Comparison(f"share of the thrust, centre {depth:g} radii deep", "", _wet_share(depth), share)
-        for depth, share in zip(depths.tolist(), shares, strict=True)
-    )
+    for depth, share in zip(depths.tolist(), shares, strict=True):
+        yield Comparison(f"share of the thrust, centre {depth:g} radii deep", "", _wet_share(depth), share)
     fine = np.linspace(-1.25, 1.25, 101)
     lines = (
         Series("chords of the disc", fine, [_wet_share(depth) for depth in fine.tolist()], reference=True),
@@ -224,7 +231,7 @@ def rudder_stream() -> Outcome:
     Reference: Galileo's principle: the motion through the water is the same, and the paths differ by that of the
     stream. In air the water exerts no force on a rudder.
     """
-    paths, fleet = [], {"robot": "skiff", "boats": [{"name": "a", "pose": [0.0] * 6}]}
+    paths, fleet = [], one_boat("skiff")
     currents = {(0.0, 0.0): {"speed": 0.0}, _STREAM: {"speed": math.hypot(*_STREAM), "direction": _TOWARD}}
     sims = {velocity: marine_simulation(fleet, current=current) for velocity, current in currents.items()}
     for (east, north), sim in sims.items():
@@ -254,7 +261,7 @@ def heron_speed() -> Outcome:
     1.597 to 1.667 m/s; below that 2 T = d u^2. The robot's file has that model's damping and thrusts: the rows show
     that it moves accordingly. They are not measured speeds.
     """
-    sim = marine_simulation({"robot": "heron", "boats": [{"name": "a", "pose": [0, 0, 0, 0, 0, 0]}]})
+    sim = marine_simulation(one_boat("heron"))
     edges = [Series("published top speeds", [0.0, 10.0], [speed] * 2, reference=True) for speed in (_SLOWEST, _FASTEST)]
     series = []
     for command, thrust in _THRUSTS.items():
@@ -279,8 +286,7 @@ def hull_resistance() -> Outcome:
     Reference: The speed at which the table's resistance equals the thrust of both jets, interpolated linearly, and
     beyond the last row proportional to the square of the speed.
     """
-    boat = {"name": "a", "pose": [0, 0, 0, 0, 0, 0]}
-    sim = marine_simulation({"robot": str(folder() / "worlds" / "heron_resistance" / "robot.yaml"), "boats": [boat]})
+    sim = marine_simulation(one_boat(str(folder() / "worlds" / "heron_resistance" / "robot.yaml")))
     for command, thrust in _THRUSTS.items():
         sim.reset()
         sim.step({"a": {"left": command, "right": command}}, duration=30.0)
@@ -315,12 +321,10 @@ def wamv_bollard() -> Outcome:
     Reference: Sarda, E. I., Qu, H., Bertaska, I. R., von Ellenrieder, K. D. (2016), Station-keeping control of an
     unmanned surface vehicle exposed to current and wind disturbances, Ocean Engineering 127: one propeller.
     """
-    sim = marine_simulation({"robot": "wamv", "boats": [{"name": "a", "pose": [0, 0, 0, 0, 0, 0]}]})
+    sim = marine_simulation(one_boat("wamv"))
     ours = [_pull(sim, command) for command in _MEASURED]
-    yield from (
-        Comparison(f"pull at command {command:g}", "N", pull, own)
-        for command, pull, own in zip(_MEASURED, _PULLS, ours, strict=True)
-    )
+    for command, pull, own in zip(_MEASURED, _PULLS, ours, strict=True):
+        yield Comparison(f"pull at command {command:g}", "N", pull, own)
     lines = Series("measured", _MEASURED, _PULLS, reference=True), Series("ours", _MEASURED, ours)
     yield Chart("Bollard pull of a WAM-V 16", "command", "pull of a propeller [N]", lines)
 
@@ -353,8 +357,7 @@ def heron_lake() -> Outcome:
 
 def _lake_speeds(robot: str) -> list[float]:
     """Speed over the last part of each run [m/s]."""
-    boat = {"name": "a", "pose": [0, 0, 0, 0, 0, 0]}
-    sim = marine_simulation({"robot": robot, "sensors": "none", "boats": [boat]})
+    sim = marine_simulation(one_boat(robot, sensors="none"))
     found = []
     for row in rows("lake_runs"):
         sim.reset()
@@ -370,7 +373,7 @@ def _lake_speeds(robot: str) -> list[float]:
 def _periods(stiffness: FloatArray, damping: FloatArray) -> list[float]:
     """Damped periods [s] of accelerations by pose (6, 6) and by velocity (6, 6), the shortest first."""
     system = np.block([[np.zeros((6, 6)), np.eye(6)], [stiffness, damping]])
-    return sorted(2.0 * math.pi / value.imag for value in np.linalg.eigvals(system) if value.imag > 1e-3)
+    return sorted(math.tau / value.imag for value in np.linalg.eigvals(system) if value.imag > 1e-3)
 
 
 def _accelerations(sim: Simulation, pose: FloatArray, velocity: FloatArray) -> FloatArray:
@@ -404,10 +407,8 @@ def otter_periods() -> Outcome:
         by_velocity[:, axis] = (_accelerations(sim, still, aside) - _accelerations(sim, still, -aside)) / (2.0 * step)
     ours = _periods(by_pose, by_velocity)
     ours += [math.nan] * (len(_PERIODS) - len(ours))
-    yield from (
-        Comparison(f"damped period of {motion}", "s", reference, value)
-        for (motion, reference), value in zip(_PERIODS.items(), ours, strict=False)
-    )
+    for (motion, reference), value in zip(_PERIODS.items(), ours, strict=False):
+        yield Comparison(f"damped period of {motion}", "s", reference, value)
 
 
 def _command(rate: float) -> float:

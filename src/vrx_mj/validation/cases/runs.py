@@ -16,13 +16,18 @@ from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.batch import Batch
 from vrx_mj.runtime.run import run
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.rows import Comparison, Outcome, TableRow, case, folder, rows
-from vrx_mj.validation.setups import (
+from vrx_mj.validation.case import (
+    Comparison,
+    Outcome,
+    TableRow,
+    case,
+    folder,
     marine_simulation,
     marine_world,
     only_boat,
     packaged_simulation,
     record,
+    rows,
     with_boat_at,
 )
 
@@ -92,7 +97,8 @@ def limits_said() -> Outcome:
         sim.set_boat(sim.boats[0], velocity=(7.5, 0.0, 0.0, 0.0, 0.0, 0.0))
         run(sim, sim.timestep)
     said = " ".join(str(item.message) for item in caught)
-    yield from (Comparison(f"times that it says: {text}", "", 1.0, said.count(text)) for text in _WARNED)
+    for text in _WARNED:
+        yield Comparison(f"times that it says: {text}", "", 1.0, said.count(text))
     sim, ((z, pitch), (w, q)) = packaged_simulation("barge"), _SWING
     sim.set_boat(sim.boats[0], pose=(0.0, 0.0, z, 0.0, pitch, 0.0), velocity=(2.505674, 0.0, w, 0.0, q, 0.0))
     _, found = record(sim, lambda sim: only_boat(sim).pitch, 3500, sim.timestep)
@@ -173,7 +179,7 @@ def same_bits() -> Outcome:
 
 def _pile_up() -> Simulation:
     """Twenty boats close together, all with the bow to the middle and under full power."""
-    angles = [2.0 * math.pi * i / 20 for i in range(20)]
+    angles = [math.tau * i / 20 for i in range(20)]
     boats = [
         {"name": f"boat{i}", "pose": [9.0 * math.cos(a), 9.0 * math.sin(a), 0.0, 0.0, 0.0, a - math.pi]}
         for i, a in enumerate(angles)
@@ -318,7 +324,7 @@ def _poses_of(case: TableRow) -> tuple[FloatArray, FloatArray, FloatArray]:
         seen = sim.observe()["wamv"]
         ours.append([*map(float, seen.position), seen.roll, seen.pitch, seen.heading])
     found = np.array(ours)
-    found[:, 5] -= 2.0 * np.pi * np.round((found[:, 5] - theirs[:, 5]) / (2.0 * np.pi))  # whole turns are none
+    found[:, 5] -= math.tau * np.round((found[:, 5] - theirs[:, 5]) / math.tau)  # whole turns are none
     return np.array(times), theirs, found
 
 

@@ -10,8 +10,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.spectra import Site, stokes_wave
-from vrx_mj.validation.rows import Comparison, Outcome, case, rows
-from vrx_mj.validation.setups import GRAVITY, marine_simulation, marine_world
+from vrx_mj.validation.case import GRAVITY, Comparison, Outcome, case, marine_simulation, marine_world, rows
 
 _HEIGHTS = (0.3, 0.5, 1.0, 2.0, 3.0)
 PERIOD = 7.0
@@ -30,7 +29,7 @@ def _simulated_wavenumber(period: float, depth: float) -> float:
     """The wavenumber [rad/m] of the surface of a regular wave, from its height at two places."""
     sea = {"model": "regular", "height": 0.02, "period": period}
     surface = marine_simulation(sea=sea if math.isinf(depth) else {**sea, "depth": depth}).sea
-    place = 0.25 * GRAVITY * (period / (2.0 * math.pi)) ** 2  # a quarter of a radian in deep water, less in shallow
+    place = 0.25 * GRAVITY * (period / math.tau) ** 2  # a quarter of a radian in deep water, less in shallow
     return math.acos(float(surface.height(place, 0.0, 0.0)) / float(surface.height(0.0, 0.0, 0.0))) / place
 
 
@@ -72,9 +71,9 @@ def _stokes_speed(height: float, length: float, depth: float) -> float:
     """The speed [m/s] of the wave of a length, whose period is searched for."""
 
     def excess(period: float) -> float:
-        return 2.0 * math.pi / stokes_wave(height, period, (1.0, 0.0), Site(depth, GRAVITY))[0].wavenumber - length
+        return math.tau / stokes_wave(height, period, (1.0, 0.0), Site(depth, GRAVITY))[0].wavenumber - length
 
-    airy_speed = math.sqrt(GRAVITY * length / (2.0 * math.pi) * math.tanh(2.0 * math.pi * depth / length))
+    airy_speed = math.sqrt(GRAVITY * length / math.tau * math.tanh(math.tau * depth / length))
     return length / float(brentq(excess, 0.8 * length / airy_speed, 1.05 * length / airy_speed, xtol=1e-12))
 
 
@@ -86,7 +85,7 @@ def _profile() -> Chart:
     x = np.linspace(0.0, length, 201)
     ends = [0.0, 0.5 * length, length], [row[key] for key in ("crest", "trough", "crest")]
     lines = (
-        Series("linear", x, 0.5 * height * np.cos(2.0 * math.pi * x / length), reference=True),
+        Series("linear", x, 0.5 * height * np.cos(math.tau * x / length), reference=True),
         Series("ours", x, marine_simulation(sea=sea).sea.height(x, 0.0, 0.0)),
         Series("raschii", *ends, reference=True, kind="points"),
     )
@@ -96,7 +95,7 @@ def _profile() -> Chart:
 def _jonswap(frequency: FloatArray | float, height: float) -> FloatArray:
     """The JONSWAP spectrum S(omega) [m2 s/rad] of a significant height [m], gamma 3.3, without a factor of its own."""
     omega = np.maximum(np.asarray(frequency, np.float64), 1e-6)
-    peak = 2.0 * math.pi / PERIOD
+    peak = math.tau / PERIOD
     width = np.where(omega <= peak, 0.07, 0.09)
     enhanced = 3.3 ** np.exp(-0.5 * ((omega - peak) / (width * peak)) ** 2)
     return np.asarray(height**2 * peak**4 * omega**-5 * np.exp(-1.25 * (peak / omega) ** 4) * enhanced)
@@ -104,7 +103,7 @@ def _jonswap(frequency: FloatArray | float, height: float) -> FloatArray:
 
 def moment(order: int) -> float:
     """Integral of omega^n S over the frequencies that a sea has."""
-    peak = 2.0 * math.pi / PERIOD
+    peak = math.tau / PERIOD
     value, _ = quad(lambda w: w**order * float(_jonswap(w, 1.0)), 0.25 * peak, 6.0 * peak, limit=400, points=[peak])
     return float(value)
 
@@ -159,7 +158,7 @@ def sea_record() -> Outcome:
         heights.append(4.0 * surface.std())
         spectra.append(_periodogram(surface))
     yield Comparison(f"4 x standard deviation, mean of {_SEEDS} seeds", "m", height, np.mean(heights))
-    omega = 2.0 * math.pi * np.fft.rfftfreq(_BLOCK, _STEP)
+    omega = math.tau * np.fft.rfftfreq(_BLOCK, _STEP)
     seen = omega < 3.0
     shape = _jonswap(np.asarray(omega[seen], np.float64), 1.0)
     target = shape * (height / 4.0) ** 2 / np.trapezoid(shape, omega[seen])
@@ -181,7 +180,7 @@ def sea_scatter() -> Outcome:
     Reference: A Gaussian sea, whose variance m0 has the variance int S^2 df / T in a record of T seconds (Bendat and
     Piersol, 2010); the relative deviation of Hs is half of that of m0.
     """
-    density = _jonswap(np.linspace(0.25, 6.0, 20_001) * 2.0 * math.pi / PERIOD, 1.0)
+    density = _jonswap(np.linspace(0.25, 6.0, 20_001) * math.tau / PERIOD, 1.0)
     roughness = PERIOD * 20_000 / 5.75 * float((density**2).sum() / density.sum() ** 2)
     for count in (60, 200):
         for record in (600.0, 3600.0):

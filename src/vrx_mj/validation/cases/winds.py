@@ -9,15 +9,17 @@ from scipy.integrate import quad
 from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.cases.drifting import drift_in_beam_wind
-from vrx_mj.validation.rows import Comparison, Outcome, case
-from vrx_mj.validation.setups import (
+from vrx_mj.validation.case import (
     PHYSICS,
+    Comparison,
+    Outcome,
     autocorrelation,
+    case,
     marine_simulation,
     only_boat,
     packaged_simulation,
 )
+from vrx_mj.validation.cases.drifting import drift_in_beam_wind
 
 _SPEED = 12.0
 """Mean wind at 10 m [m/s]."""

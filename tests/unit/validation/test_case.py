@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from vrx_mj.validation.rows import Band, Comparison, Row
+from vrx_mj.validation.case import Band, Comparison, Row
 
 
 def judged(ours, width, reference=None, **what):

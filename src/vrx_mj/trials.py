@@ -1,4 +1,4 @@
-"""Trials of a vessel: turning circle, zigzag, pull-out, spiral, crash stop and free decay; their figures and tracks.
+"""Trials of boats, as ITTC and IMO have them: turning circle, zigzag, crash stop, pull-out, spiral and free decay.
 
 References: ITTC 7.5-04-02-01; IMO MSC.137(76). A vessel takes a power and a helm, and has a position, a heading and
 speeds.
@@ -205,8 +205,7 @@ class Track:
 
 def track_of(states: Sequence[VesselState], helms: Sequence[float]) -> Track:
     """The track of states and of the helm at each, from the first of them."""
-    rows = np.array([(s.time, s.x, s.y, s.heading, s.surge, s.sway, s.yaw_rate) for s in states], np.float64)
-    time, x, y, heading, surge, sway, rate = rows.T
+    time, x, y, _, heading, _, _, surge, sway, rate = np.array(states, np.float64).T
     cos, sin = math.cos(heading[0]), math.sin(heading[0])
     east, north = x - x[0], y - y[0]
     return Track(
@@ -294,7 +293,7 @@ def turning(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
     states = sail_until(vessel, power, helm, lambda seen: side * turned.by(seen[-1]) >= _CIRCLE_ANGLE)
     track, remarks = track_of(states, [helm] * len(states)), approach_remarks(begun)
     speed, heading, across = begun[-1].surge, side * track.heading, side * track.y
-    last = track.heading * side >= heading[-1] - 2.0 * math.pi
+    last = track.heading * side >= heading[-1] - math.tau
     straight, steady = math.nan if remarks else 1.0, 1.0 if side * turned.angle >= _CIRCLE_ANGLE else math.nan
     if math.isnan(steady):
         remarks += (f"no steady turn: {math.degrees(heading[-1]):.3g} degrees with the helm in {track.time[-1]:.4g} s",)
@@ -332,7 +331,7 @@ class _Turned:
 
     def by(self, state: VesselState) -> float:
         if self._last is not None:
-            self.angle += math.remainder(state.heading - self._last, 2.0 * math.pi)
+            self.angle += math.remainder(state.heading - self._last, math.tau)
         self._last = state.heading
         return self.angle
 
@@ -521,14 +520,14 @@ def decay_figures(time: FloatArray, values: FloatArray, unit: str) -> dict[str, 
     period = alpha = beta = math.nan
     if count >= 3:
         period = 2.0 * float(np.mean(np.diff(moments)))
-        omega, ratios = 2.0 * math.pi / period, np.log(sizes[:-1] / sizes[1:])
+        omega, ratios = math.tau / period, np.log(sizes[:-1] / sizes[1:])
         middles = 0.5 * (sizes[:-1] + sizes[1:])
         if count >= 4:
             slope, start = np.polyfit(middles, ratios, 1)
             alpha, beta = float(start) * omega / math.pi, 0.75 * float(slope)
         else:
             alpha, beta = float(ratios.mean()) * omega / math.pi, 0.0
-    ratio = alpha * period / (2.0 * math.pi)
+    ratio = alpha * period / math.tau
     return {
         "period": Figure(period, "s", "period, between extremes"),
         "linear_damping": Figure(alpha, "1/s", "alpha of 2 alpha z'"),
@@ -550,3 +549,14 @@ def _extremes(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatAr
             found.append((float(time[i] + shift * (time[1] - time[0])), abs(here - 0.25 * (before - after) * shift)))
     moments, sizes = np.array(found).T
     return moments, sizes
+
+
+TRIALS: Mapping[str, Callable[..., Trial]] = {
+    "turning": turning,
+    "zigzag": zigzag,
+    "crash-stop": crash_stop,
+    "pull-out": pull_out,
+    "spiral": spiral,
+    "decay": decay,
+}
+"""The trials by name, each a function of a vessel."""

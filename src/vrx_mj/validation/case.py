@@ -1,27 +1,38 @@
 """What a case of the report is, and what it finds: comparisons of a reference and our value, and charts.
 
-Tables and meshes of other programs and tanks, in `assets/validation`; each table names its source in its head.
+Tables and meshes of other programs and tanks are in `assets/validation`, each table with its source in its head. Worlds
+of the cases have profile `marine`, and are calm and without wind or current unless given.
 """
 
+import contextlib
 import csv
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, SupportsFloat
 
 import numpy as np
+import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.draw.chart import Chart
-from vrx_mj.errors import VrxError
+from vrx_mj.errors import VrxError, ignore_warnings
+from vrx_mj.mjcf.compile import compile_world
+from vrx_mj.mjcf.world import World
 from vrx_mj.packages import root
+from vrx_mj.runtime.observation import BoatObservation
+from vrx_mj.runtime.simulation import Simulation
 
 EVIDENCE = ("measured", "independent program", "closed form", "own earlier run", "number of a file")
 """Kinds of references, from the strongest to the weakest."""
 _KNOWN = 0.002
 """Greatest distance from exact theory of a row that is known to be outside, as a share of it."""
+GRAVITY = 9.81
+"""Gravity of these worlds [m/s2], the value of most of the references."""
+PHYSICS = {"profile": "marine", "gravity": GRAVITY}
+"""Key `physics` of these worlds."""
 
 
 def folder() -> Path:
@@ -35,9 +46,13 @@ TableRow = dict[str, Any]
 
 def rows(name: str) -> list[TableRow]:
     """The rows of a table by column; what reads as a number is one."""
+    return [{column: _value(text) for column, text in row.items()} for row in _texts(name)]
+
+
+def _texts(name: str) -> list[dict[str, str]]:
+    """The rows of a table by column, as they are written."""
     with (folder() / f"{name}.csv").open(encoding="utf-8", newline="") as file:
-        found = csv.DictReader((line for line in file if not line.startswith("#")), restval="")
-        return [{column: _value(text) for column, text in row.items()} for row in found]
+        return list(csv.DictReader((line for line in file if not line.startswith("#")), restval=""))
 
 
 def _value(text: str) -> float | str:
@@ -96,10 +111,8 @@ class Band:
 @cache
 def bands() -> Mapping[tuple[str, str], Band]:
     """The bands of all rows of the report by case and quantity, from `assets/validation/bands.csv`."""
-    with (folder() / "bands.csv").open(encoding="utf-8", newline="") as file:
-        table = csv.DictReader((line for line in file if not line.startswith("#")), restval="")
-        columns = "evidence", "band", "known", "why"
-        return {(row["case"], row["quantity"]): Band(*(row[column] for column in columns)) for row in table}
+    columns = "evidence", "band", "known", "why"
+    return {(row["case"], row["quantity"]): Band(*(row[column] for column in columns)) for row in _texts("bands")}
 
 
 @dataclass(frozen=True)
@@ -233,3 +246,63 @@ def case(*files: str, table: str = "", quick: bool = True) -> Callable[[Callable
         return Case(name, title.removesuffix("."), setup, " ".join(sources), files, run, quick)
 
     return make
+
+
+def marine_world(fleet: Mapping[str, object] | None = None, **keys: object) -> World:
+    """A world of profile `marine`; keys are those of a world's file."""
+    given = {"name": "tank", "physics": PHYSICS, "sea": {"model": "none"}, "wind": {"objects": []}, **keys}
+    return compile_world(given, fleet=fleet)
+
+
+def marine_simulation(fleet: Mapping[str, object] | None = None, **keys: object) -> Simulation:
+    """A run in such a world."""
+    return Simulation(marine_world(fleet, **keys))
+
+
+def packaged_simulation(name: str, **keys: object) -> Simulation:
+    """A run in a world of `assets/validation/worlds`, with other keys of a world's file; what is unusual is meant."""
+    with ignore_warnings(), contextlib.chdir(folder() / "worlds"):
+        return Simulation(compile_world({"extends": f"./{name}.yaml", "name": name, **keys}))
+
+
+def unit(degrees: float) -> FloatArray:
+    """The unit vector (2,) in a direction [degrees], counter-clockwise from x."""
+    return np.array([math.cos(math.radians(degrees)), math.sin(math.radians(degrees))])
+
+
+def one_boat(robot: str, heading: float = 0.0, **keys: object) -> dict[str, object]:
+    """A fleet of one boat of a robot at the origin with a heading [rad]; keys are those of a fleet's file."""
+    return {"robot": robot, "boats": [{"name": "a", "pose": [0.0, 0.0, 0.0, 0.0, 0.0, heading]}], **keys}
+
+
+def with_boat_at(sim: Simulation, pose: Sequence[float], velocity: Sequence[float] | None = None) -> Simulation:
+    """A run whose only boat is let go in a pose, at rest unless it has a velocity."""
+    sim.set_boat(sim.boats[0], pose=pose, velocity=velocity)
+    return sim
+
+
+def only_boat(sim: Simulation) -> BoatObservation:
+    """The only boat of a run, now."""
+    return sim.observe()[sim.boats[0]]
+
+
+def record(
+    sim: Simulation, read: Callable[[Simulation], npt.ArrayLike], count: int, part: float, **commands: float
+) -> tuple[FloatArray, FloatArray]:
+    """Times (count + 1,) [s], and what is read then: now, and after each of `count` steps of `part` [s].
+
+    The commands are those of the only boat.
+    """
+    given = {sim.boats[0]: commands} if commands else {}
+    times, values = [sim.time], [np.array(read(sim), np.float64)]
+    for _ in range(count):
+        sim.step(given, duration=part)
+        times.append(sim.time)
+        values.append(np.array(read(sim), np.float64))
+    return np.array(times), np.array(values)
+
+
+def autocorrelation(off: FloatArray, lags: IntArray) -> tuple[float, list[float]]:
+    """The variance of a record without a mean, and its correlation with itself some samples later."""
+    variance = float((off**2).mean())
+    return variance, [float((off[lag:] * off[: len(off) - lag]).mean()) / variance for lag in lags]
