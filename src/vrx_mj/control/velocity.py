@@ -72,16 +72,19 @@ class Thrust:
 class Allocation:
     """Shares out forces among the thrusters of one boat."""
 
-    def __init__(self, thrusters: "Mapping[str, Propeller]", *, centre: float = 0.0) -> None:
+    def __init__(
+        self, thrusters: "Mapping[str, Propeller]", *, steer: Sequence[str] | bool | None = None, centre: float = 0.0
+    ) -> None:
         """Moments are about a point, the `centre` of mass say, so far ahead of `base_link` [m].
 
-        Thrusters steer if the boat needs it: if it cannot push every way while they are kept straight, as the WAM-V of
-        layout H.
+        `steer` gives the names of those that shall steer, all or none; by default none, unless the boat needs
+        it. A boat needs it that its thrusters, kept straight, cannot push every way, as the WAM-V of layout H.
         """
         self._thrusters = dict(thrusters)
-        able = [name for name, thruster in thrusters.items() if thruster.max_angle >= _STEERING_ANGLE]
-        if _pushes_every_way(_columns(self._thrusters, (), centre)):
-            able = []
+        if steer is None:
+            steer = not _pushes_every_way(_columns(self._thrusters, (), centre))
+        chosen = self._thrusters if steer is True else steer or ()
+        able = [name for name in chosen if self._thrusters[name].max_angle >= _STEERING_ANGLE]
         self._matrix = _columns(self._thrusters, able, centre)
         self._inverse: FloatArray = np.asarray(np.linalg.pinv(self._matrix, rcond=1e-3), np.float64)
         self._slices: list[tuple[str, slice]] = []

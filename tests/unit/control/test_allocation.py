@@ -1,6 +1,7 @@
 import math
 from dataclasses import dataclass
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -106,6 +107,12 @@ def test_fixed_engines_at_the_stern_do_not_push_every_way():
     assert Allocation(LAYOUTS["H"]).every_way
     thrust = Allocation(fixed)(100.0, 0.0, 30.0)
     assert (thrust.surge, thrust.yaw) == pytest.approx((100.0, 30.0))
+
+
+def test_what_is_told_to_steer_does():
+    thrust = Allocation(LAYOUTS["T"], steer=["lateral"])(60.0, 80.0, 0.0)
+    assert set(thrust.commands) == {"left", "right", "lateral", "lateral_angle"}
+    assert np.hypot(thrust.surge, thrust.sway) == pytest.approx(100.0)
 
 
 def test_a_push_through_the_centre_does_not_turn():
