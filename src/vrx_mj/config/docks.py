@@ -36,7 +36,7 @@ from vrx_mj.config.values import (
 )
 from vrx_mj.config.yaml_text import find_lookalikes, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxError
-from vrx_mj.frames import apply, rotation
+from vrx_mj.frames import IDENTITY, Vector, apply, rotation
 from vrx_mj.model.things import Mooring
 
 Cell = tuple[int, int]
@@ -107,7 +107,7 @@ class LightConfig(Config):
 _Board = Literal["placard", "placard_2022"]
 """Objects that placards are made of."""
 
-_Hole = tuple[Literal["big", "small"], float, tuple[float, float, float]]
+_Hole = tuple[Literal["big", "small"], float, Vector]
 _HOLES: tuple[_Hole, ...] = (("big", -0.6, (0.5, 0.5, 0.5)), ("small", 0.6, (0.25, 0.5, 0.25)))
 """Holes of a `placard_2022`: size, x in its frame and the box that detects a ball [m]; VRX: scan_dock_deliver.xacro."""
 
@@ -321,7 +321,7 @@ class Placed(InFolder):
 
     name: Name
     """Name, unique in the world."""
-    pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    pose: Pose = IDENTITY
     """Pose in the world, or in the object of which this is a part [m, rad]."""
 
 

@@ -26,6 +26,7 @@ from vrx_mj.config.tree import Loc
 from vrx_mj.config.values import MAX_COORDINATE, Cartesian, Color, Coordinate, Name, Number, Pose, by_type, demand
 from vrx_mj.config.world import FULL_TURN, Sensors, SpawnConfig, WorldConfig, check_thrusters, warn_of_degrees
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning
+from vrx_mj.frames import ZERO, Vector
 from vrx_mj.model.boats import AisClass
 
 _FUNCTION = re.compile(r"[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*")
@@ -209,15 +210,15 @@ class FleetConfig(Layout, _Built, FromFile):
             raise ConfigError(far)
         return [(_boat(self, world.spawn, slot), slot) for slot in found]
 
-    def frame(self, world: WorldConfig) -> tuple[float, float, float]:
+    def frame(self, world: WorldConfig) -> Vector:
         """x, y [m] and yaw [rad] in the world of the frame that positions are given in."""
         if isinstance(self.origin, tuple):
             return self.origin
         x, y, _, _, _, yaw = world.spawn.pose
-        return (x, y, yaw) if self.origin == "spawn" else (0.0, 0.0, 0.0)
+        return (x, y, yaw) if self.origin == "spawn" else ZERO
 
 
-def _pose_in_world(pose: Pose, frame: tuple[float, float, float]) -> Pose:
+def _pose_in_world(pose: Pose, frame: Vector) -> Pose:
     """A pose in the world from one in the frame, which is level: roll and pitch stay."""
     x, y, z, roll, pitch, yaw = pose
     x0, y0, turn = frame

@@ -34,7 +34,7 @@ from vrx_mj.config.values import (
     rising,
 )
 from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
-from vrx_mj.frames import apply, rotation
+from vrx_mj.frames import IDENTITY, ZERO, Vector, apply, rotation
 from vrx_mj.model.kinds import Seed
 from vrx_mj.model.things import Float, Follower, Rope
 from vrx_mj.packages import root
@@ -58,7 +58,7 @@ _MAX_COUNT = 1000
 """Largest number of objects of a kind in a field."""
 
 
-def _parallel(one: tuple[float, float, float], other: tuple[float, float, float]) -> bool:
+def _parallel(one: Vector, other: Vector) -> bool:
     """Whether two directions are within half a degree of each other, or of their opposites."""
     a, b = ([value / math.hypot(*axis) for value in axis] for axis in (one, other))
     return abs(sum(x * y for x, y in zip(a, b, strict=True))) > math.cos(math.radians(0.5))
@@ -92,7 +92,7 @@ class JointConfig(Config):
     """Link that carries the joint."""
     child: Name
     """Link that moves."""
-    pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    pose: Pose = IDENTITY
     """Pose of the joint in the frame of the child link [m, rad]."""
     axis: AxisConfig = Field(default_factory=AxisConfig)
     """The axis. For a universal joint it is the first axis, which is fixed to the parent. For a ball joint only the
@@ -120,10 +120,10 @@ class LinkConfig(InFolder):
 
     name: Name
     """Name of the link."""
-    pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    pose: Pose = IDENTITY
     """Pose in the object's frame [m, rad] when its joint is at 0."""
     mass: Annotated[float, NumberOf(Float, "mass")]
-    center_of_mass: Vec3 = (0.0, 0.0, 0.0)
+    center_of_mass: Vec3 = ZERO
     """Centre of mass in the link's frame [m]."""
     inertia: Inertia
     """Ixx, Iyy, Izz, optionally followed by Ixy, Ixz, Iyz, about the centre of mass, along the link's axes [kg m2]."""
@@ -301,7 +301,7 @@ class ObjectConfig(InFolder):
     link: Name = "link"
     """Name of its link, as ROS and VRX's files know it."""
     mass: Annotated[float | None, NumberOf(Float, "mass"), _Afloat] = None
-    center_of_mass: Annotated[Vec3, _Afloat] = (0.0, 0.0, 0.0)
+    center_of_mass: Annotated[Vec3, _Afloat] = ZERO
     """Centre of mass in the link's frame [m]."""
     inertia: Annotated[Inertia | None, _Afloat] = None
     """Ixx, Iyy, Izz, optionally followed by Ixy, Ixz, Iyz, about the centre of mass, along the link's axes [kg m2]."""

@@ -28,6 +28,7 @@ from vrx_mj.config.tree import File, Section, literal, merge, of_python
 from vrx_mj.config.values import Name, NonNegative, Number, NumberOf, Positive, Switch, Vec3, demand, numbers
 from vrx_mj.config.weather import WindageConfig
 from vrx_mj.errors import UnknownNameError, VrxError
+from vrx_mj.frames import ZERO
 from vrx_mj.model.boats import Battery, Hull, Thruster
 from vrx_mj.model.kinds import Share
 from vrx_mj.packages import root
@@ -78,7 +79,7 @@ class RudderEntry(Config):
     """Area of the blade [m2]."""
     aspect_ratio: Positive
     """Span over mean chord."""
-    center: Vec3 = (0.0, 0.0, 0.0)
+    center: Vec3 = ZERO
     """Centre of pressure in the frame of the joint's child link, or of the base link [m]."""
     propeller: Name | None = None
     """Thruster whose race it is in."""
@@ -97,7 +98,7 @@ class SailEntry(Config):
     """Joint of the boom, with its axis up. At angle 0 the sail runs aft from it, along -x of its child link."""
     area: Annotated[Positive, NumberOf(Thruster, "area")]
     """Area of the sail [m2]."""
-    center: Vec3 = (0.0, 0.0, 0.0)
+    center: Vec3 = ZERO
     """Centre of effort in the frame of the joint's child link [m]."""
     aspect_ratio: Positive = 4.0
     """Aspect ratio, the square of the height over the area. The coefficients follow from it unless they are given."""

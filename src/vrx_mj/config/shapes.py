@@ -20,7 +20,7 @@ from vrx_mj.config.search import contained_file
 from vrx_mj.config.tree import one_of
 from vrx_mj.config.values import Color, Name, NotEmpty, Number, NumberOf, Pose, Positive, demand, numbers
 from vrx_mj.constants import WATER_DENSITY
-from vrx_mj.frames import rotation
+from vrx_mj.frames import IDENTITY, rotation
 from vrx_mj.model.things import Float
 
 MESH_SUFFIXES = (".obj", ".stl", ".dae", ".ply", ".glb")
@@ -67,7 +67,7 @@ class Shape(InFolder):
     """A mesh (.obj, .stl, .dae, .ply or .glb), relative to the folder of the file that names it."""
     scale: Annotated[_Scale, BeforeValidator(_three), Only("type", ("mesh",))] = (1.0, 1.0, 1.0)
     """Scale of a mesh along x, y and z. A negative factor mirrors it. A file may give one number for all three."""
-    pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    pose: Pose = IDENTITY
     """Pose in the link's frame [m, rad]."""
 
 

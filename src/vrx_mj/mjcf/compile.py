@@ -29,6 +29,7 @@ from vrx_mj.config.world import PhysicsConfig, SpawnConfig, WorldConfig, load_wo
 from vrx_mj.constants import PHYSICS_VERSION
 from vrx_mj.errors import CommandError, CompileError, ConfigError, Problem, UnknownNameError, VrxWarning, first_names
 from vrx_mj.foreign import budget
+from vrx_mj.frames import IDENTITY
 from vrx_mj.mjcf import boats
 from vrx_mj.mjcf.afloat import boats_afloat, depth_in_land, outline
 from vrx_mj.mjcf.build import build_boat
@@ -188,7 +189,7 @@ class _Compilation(Assembly):
         check_docks(self.config, self.docks)
         if self.config.terrain:
             land = terrain_piece(self.config.terrain, self.config.folder)
-            self.parts.append(Part("terrain", land, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)))
+            self.parts.append(Part("terrain", land, IDENTITY))
         for dock in self.docks:
             self.add_dock(dock)
         for item in self.objects:

@@ -15,6 +15,7 @@ from vrx_mj.config.weather import CurrentConfig, SeaConfig, TideConfig, WindageC
 from vrx_mj.config.world import PhysicsConfig
 from vrx_mj.constants import WATER_DENSITY, WAVE_GRAVITY
 from vrx_mj.errors import VrxWarning
+from vrx_mj.frames import Vector
 from vrx_mj.mjcf import boats
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Boat, Hull, Station, Thruster, Windage, WindCoefficients
@@ -189,9 +190,6 @@ class Rows:
         return [(sensor.boat, sensor.name) for sensor in self.sensors if sensor.type == "ball_shooter"]
 
 
-_Coefficients = tuple[float, float, float]
-
-
 def wind_parameters(wind: WindConfig | None, profile: str = CLASSIC) -> Wind:
     """The gust process and its direction; a world without wind is one of 0 m/s."""
     wind = wind or WindConfig(mean_velocity=0.0, var_gain=0.0)
@@ -237,7 +235,7 @@ def _spectrum(wind: WindConfig) -> Spectrum | None:
     return npd(share * wind.mean_velocity, wind.height)
 
 
-def wind_coefficients(wind: WindConfig | None, *names: str) -> _Coefficients | None:
+def wind_coefficients(wind: WindConfig | None, *names: str) -> Vector | None:
     """Coefficients (Cx, Cy, Cz) for a thing that goes by any of these names; None if none is listed."""
     for item in (wind.objects if wind else None) or ():
         if item.model in names:
@@ -245,9 +243,7 @@ def wind_coefficients(wind: WindConfig | None, *names: str) -> _Coefficients | N
     return None
 
 
-def boat_wind(
-    wind: WindConfig | None, physics: PhysicsConfig, name: str, robot: str, own: _Coefficients | None
-) -> _Coefficients:
+def boat_wind(wind: WindConfig | None, physics: PhysicsConfig, name: str, robot: str, own: Vector | None) -> Vector:
     """Coefficients for a boat: the world's, or else its `own`; none where the world's push nothing."""
     if _STALE_LINK in physics.quirks:
         return NO_WIND

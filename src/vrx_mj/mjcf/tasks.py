@@ -19,7 +19,7 @@ from vrx_mj.config.search import kind_name
 from vrx_mj.config.tasks import AnimalConfig, ChannelConfig, TaskConfig
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning
-from vrx_mj.frames import Pose
+from vrx_mj.frames import Pose, Vector
 from vrx_mj.mjcf.docks import dock_entry, find_dock
 from vrx_mj.mjcf.objects import PlacedDock, PlacedObject, ball_name
 from vrx_mj.mjcf.templates import render
@@ -102,7 +102,7 @@ class Site:
             self.fault(("dock",), str(error))
         return None
 
-    def place(self, loc: _Loc, value: tuple[float, float, float], *, geodetic: bool) -> Goal:
+    def place(self, loc: _Loc, value: Vector, *, geodetic: bool) -> Goal:
         """A place on the water from [latitude, longitude, yaw from east] or [x, y, yaw from x]; m, degrees and rad."""
         first, second, yaw = value
         earth = self.config.georeference
@@ -115,7 +115,7 @@ class Site:
         self._on_water(loc, place.x, place.y)
         return place
 
-    def point(self, loc: _Loc, value: tuple[float, float, float]) -> Pinger:
+    def point(self, loc: _Loc, value: Vector) -> Pinger:
         """A point x, y, z [m] in or over the water, with its latitude and longitude [degrees]."""
         x, y, z = value
         self._on_water(loc, x, y)

@@ -7,6 +7,8 @@ from typing import Annotated, Any, TypeVar, cast, dataclass_transform
 from pydantic import AfterValidator, ConfigDict, Field, StringConstraints
 from pydantic_core import PydanticCustomError
 
+from vrx_mj.frames import Vector
+
 _Class = TypeVar("_Class")
 
 STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, revalidate_instances="always")
@@ -76,10 +78,7 @@ class Unless:
         object.__setattr__(self, "names", names)
 
 
-_Triple = tuple[float, float, float]
-
-
-def _rotation(rows: tuple[_Triple, _Triple, _Triple]) -> tuple[_Triple, _Triple, _Triple]:
+def _rotation(rows: tuple[Vector, Vector, Vector]) -> tuple[Vector, Vector, Vector]:
     a, b, c = rows
     products = [_dot(a, a) - 1.0, _dot(b, b) - 1.0, _dot(c, c) - 1.0, _dot(a, b), _dot(b, c), _dot(c, a)]
     turned = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
@@ -88,7 +87,7 @@ def _rotation(rows: tuple[_Triple, _Triple, _Triple]) -> tuple[_Triple, _Triple,
     return rows
 
 
-def _dot(one: _Triple, other: _Triple) -> float:
+def _dot(one: Vector, other: Vector) -> float:
     return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
 
 

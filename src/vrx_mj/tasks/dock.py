@@ -12,12 +12,12 @@ from typing import Any
 from vrx_mj.config.docks import LIGHT_COLORS
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, StateError, quote
+from vrx_mj.frames import Vector
 from vrx_mj.model import tasks
 from vrx_mj.tasks.referee import Frame, LightUp, Outputs, Phase, Place, Pose, Referee, ShowSymbol
 
 _TOPIC = "color_sequence"
 """Name of the message that reports the colours."""
-_Point = tuple[float, float, float]
 MAX_BALL_SPEED = 30.0
 """Speed of a ball [m/s] beyond which it did not fly but was put somewhere: it is shot anew. VRX's leaves at 7.5 m/s."""
 _HIT_KEYS: Mapping[str, Any] = {"time": int | float, "ball": str, "bay": str, "size": str, "points": int | float}
@@ -50,7 +50,7 @@ def has_entered(box: tasks.Box, before: Sequence[float], now: Sequence[float], r
     return crosses(box, before, now) if math.dist(before, now) <= reach else is_in(box, now)
 
 
-def relative(anchor: Pose, pose: Pose) -> _Point:
+def relative(anchor: Pose, pose: Pose) -> Vector:
     """Where `pose` is in the frame of `anchor` [m]: R^T (p - o), with R the rotation of the unit quaternion (w, q).
 
     Reference: R^T v = v + w t + t x q with t = 2 v x q.

@@ -19,7 +19,7 @@ from vrx_mj.config.loading import fault_text
 from vrx_mj.config.tree import literal
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, StateError
-from vrx_mj.frames import heading
+from vrx_mj.frames import Vector, heading
 from vrx_mj.model.tasks import TaskBase, followed_things
 
 Count = Annotated[int, Field(ge=0, le=1 << 53)]
@@ -213,7 +213,7 @@ class SetPinger:
     """Put the beacon that all receivers of a boat hear somewhere."""
 
     boat: str
-    position: tuple[float, float, float]
+    position: Vector
     """Position [m, ENU]."""
 
 

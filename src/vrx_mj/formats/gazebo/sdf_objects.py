@@ -66,9 +66,9 @@ from vrx_mj.formats.gazebo.sdf_models import (
 from vrx_mj.formats.series.pieces import At, Content, with_places
 from vrx_mj.formats.urdf.elements import Node, losses, unused_name
 from vrx_mj.formats.urdf.links import ENDLESS, ONE
-from vrx_mj.formats.urdf.model import ZERO, MeshRow, relative
+from vrx_mj.formats.urdf.model import MeshRow, relative
 from vrx_mj.formats.urdf.reader import ODD
-from vrx_mj.frames import Pose, compose
+from vrx_mj.frames import IDENTITY, Pose, compose
 
 _DRAG = 25.0, 2.0
 """Linear and angular drag [1/s] of what floats without VRX's buoyancy plugin: those of VRX's buoys."""
@@ -293,7 +293,7 @@ class _Object:
     def shape(self, shape: Shape | MeshRow, link: Pose) -> Content | At | None:
         """A shape in the frame of its body; None, with a note, where its mesh is not there."""
         pose = compose(link, shape.pose)
-        place = {} if pose == ZERO else {"pose": list(pose)}
+        place = {} if pose == IDENTITY else {"pose": list(pose)}
         if isinstance(shape, Shape):
             return shape.model_dump(include={"type", "size", "radius", "length", "color"}, exclude_unset=True) | place
         color = {} if shape.color is None else {"color": shape.color}
@@ -323,7 +323,7 @@ def buoyancy_of(include: Element, report: Report) -> Content | None:
     plugins = (one for one in as_node(include).children("plugin") if "buoyancydrag" in plugin_name(one))
     if (plugin := next(plugins, None)) is None:
         return None
-    shapes = [_primitive(part, ZERO, report) for part in plugin.children("buoyancy")]
+    shapes = [_primitive(part, IDENTITY, report) for part in plugin.children("buoyancy")]
     found = {**_drag(plugin), "elements": [*filter(None, shapes)]}
     plugin.findings.settle()
     return found
@@ -378,7 +378,7 @@ def _primitive(part: Node, link: Pose, report: Report) -> Content | None:
         report.note(part, "ignored", f"<{tag}> shapes are not supported" if tag else "it has no <geometry>")
         return None
     pose = compose(link, given_pose(part).pose)
-    return {"type": tag, **sizes_of(geometry, tag), **({} if pose == ZERO else {"pose": list(pose)})}
+    return {"type": tag, **sizes_of(geometry, tag), **({} if pose == IDENTITY else {"pose": list(pose)})}
 
 
 def _distinct(names: Sequence[str], first: int = 2) -> list[str]:

@@ -29,6 +29,7 @@ from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxW
 from vrx_mj.formats.urdf.elements import numbers_of, truth
 from vrx_mj.formats.urdf.expand import Result, evaluate, expand
 from vrx_mj.formats.urdf.xml_document import file_error
+from vrx_mj.frames import Vector
 from vrx_mj.packages import root
 
 Kind = Literal["components", "thrusters"]
@@ -210,7 +211,7 @@ def triple(value: object) -> str:
         raise ValueError(f"expected three numbers as in '1.0 0 -1.0', got {literal(value)}{why}") from None
 
 
-def triple_of(text: str) -> tuple[float, float, float]:
+def triple_of(text: str) -> Vector:
     """The three numbers of a text that `triple` made."""
     x, y, z = map(float, text.split())
     return x, y, z
@@ -271,7 +272,7 @@ def name_of(instance: Instance) -> str:
     return str(instance.parameters.get(key) or part_types()[instance.type].default(key) or "")
 
 
-def place_of(instance: Instance) -> tuple[float, float, float] | None:
+def place_of(instance: Instance) -> Vector | None:
     """Place of a part in base_link [m]; None for a type without coordinates, which no box limits."""
     part, given = part_types()[instance.type], instance.parameters
     if part.kind == "thrusters":

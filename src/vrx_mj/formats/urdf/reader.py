@@ -26,9 +26,9 @@ from vrx_mj.foreign import ask
 from vrx_mj.formats.urdf.elements import Findings
 from vrx_mj.formats.urdf.expand import ExpandedText, Files
 from vrx_mj.formats.urdf.links import ShapeT
-from vrx_mj.formats.urdf.model import Color, Link, LinkRow, MeshRow, Scale, Urdf, chain
+from vrx_mj.formats.urdf.model import Color, Link, LinkRow, MeshRow, Urdf, chain
 from vrx_mj.formats.urdf.xml_document import WORDING
-from vrx_mj.frames import Pose, inverse
+from vrx_mj.frames import Pose, Vector, inverse
 from vrx_mj.packages import root
 
 _PACKAGE = re.compile(r"(package|model)://([^/]*)/(.*)", re.DOTALL)
@@ -226,7 +226,7 @@ def stand_ins() -> Mapping[str, Mapping[str, Any]]:
     return table
 
 
-def _stand_in(name: str, pose: Pose, color: Color | None, scale: Scale = (1.0, 1.0, 1.0)) -> tuple[Visual, ...]:
+def _stand_in(name: str, pose: Pose, color: Color | None, scale: Vector = (1.0, 1.0, 1.0)) -> tuple[Visual, ...]:
     """What is drawn where a URDF wants a mesh of VRX, which it names by this path; nothing for other meshes.
 
     `pose` is where the URDF draws the mesh in its link, `scale` how large; `color` is what it asks for, if it does.
