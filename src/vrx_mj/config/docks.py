@@ -16,7 +16,7 @@ from typing import Annotated, Literal, NamedTuple, get_args
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
-from vrx_mj.config.base import Config, Fault, InFolder, Only, duplicate_names, faults
+from vrx_mj.config.base import Config, Fault, Faults, InFolder, Only, duplicate_names, faults
 from vrx_mj.config.loading import loads, referenced_file
 from vrx_mj.config.search import display
 from vrx_mj.config.shapes import Size
@@ -386,7 +386,7 @@ class DockPlacement(Placed):
         """Row and column of every block, counted from 0."""
         return load_dock(self.layout, self.folder)
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         with contextlib.suppress(VrxError):  # what is wrong with the drawing is reported with it
             yield from _berth_faults(self)
 
@@ -426,7 +426,7 @@ def berths(dock: DockPlacement) -> Berths:
     return Berths(tuple(bays), tuple(placards.values()), dock.holes if dock.holes is not None else tuple(holes))
 
 
-def _berth_faults(dock: DockPlacement) -> Iterator[Fault]:
+def _berth_faults(dock: DockPlacement) -> Faults:
     """Mistakes in a dock, as (path from the dock, message)."""
     found = find_bays(dock.cells)
     yield from list(_bay_faults(dock, len(found))) or _placard_faults(dock, found)
@@ -456,7 +456,7 @@ def _placards(dock: DockPlacement, found: Sequence[Bay]) -> dict[int, PlacardCon
     }
 
 
-def _bay_faults(dock: DockPlacement, found: int) -> Iterator[Fault]:
+def _bay_faults(dock: DockPlacement, found: int) -> Faults:
     has = f"the drawing has {found} bay{'s' * (found != 1)}"
     bays = list(enumerate(dock.bays or ()))
     for index, bay in bays[found:]:
@@ -467,7 +467,7 @@ def _bay_faults(dock: DockPlacement, found: int) -> Iterator[Fault]:
     yield from duplicate_names(bays=(bay.model_copy(update={"name": bay.name or f"bay{i + 1}"}) for i, bay in bays))
 
 
-def _placard_faults(dock: DockPlacement, found: Sequence[Bay]) -> Iterator[Fault]:
+def _placard_faults(dock: DockPlacement, found: Sequence[Bay]) -> Faults:
     count = len(_placards(dock, found))
     if len(dock.symbols) > count:
         yield ("symbols",), f"{len(dock.symbols)} symbols; this dock has {count} placard{'s' * (count != 1)}"

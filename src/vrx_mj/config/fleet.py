@@ -15,7 +15,7 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 from pydantic import Field, Tag
 
-from vrx_mj.config.base import Config, Fault, Folder, FromFile, InFolder
+from vrx_mj.config.base import Config, Fault, Faults, Folder, FromFile, InFolder
 from vrx_mj.config.kinds import CLASSIC, function_of
 from vrx_mj.config.layouts import HEIGHT, Headings, Layout, headings, roomy_square, spots, yaw_of
 from vrx_mj.config.loading import Loading, Source, document, joining, loads, problem_at, validate
@@ -338,7 +338,7 @@ def _slot_of(entry: BoatEntry, index: int, count: int) -> int | None:
     return index if index < count and (entry.name is None or entry.pose is None) else None
 
 
-def _count_faults(fleet: FleetConfig) -> Iterator[Fault]:
+def _count_faults(fleet: FleetConfig) -> Faults:
     given, key = fleet.usv_count, "positions" if fleet.positions else "boats"
     listed = len(getattr(fleet, key))
     counted = fleet.positions or (not fleet.layout and any(entry.pose for entry in fleet.boats))
@@ -348,7 +348,7 @@ def _count_faults(fleet: FleetConfig) -> Iterator[Fault]:
         yield ("usv_count",), f"required for layout {fleet.layout} without positions"
 
 
-def _entry_faults(fleet: FleetConfig) -> Iterator[Fault]:
+def _entry_faults(fleet: FleetConfig) -> Faults:
     count, taken = _count(fleet), set()
     for index, entry in enumerate(fleet.boats):
         slot = _slot_of(entry, index, count)
@@ -360,7 +360,7 @@ def _entry_faults(fleet: FleetConfig) -> Iterator[Fault]:
             taken.add(slot)
 
 
-def room_faults(fleet: FleetConfig, seed: int) -> Iterator[Fault]:
+def room_faults(fleet: FleetConfig, seed: int) -> Faults:
     """A random layout whose square is full before all its boats have a place."""
     count = _count(fleet)
     done = len(spots(fleet, count, seed))
@@ -392,7 +392,7 @@ def load_fleet(source: Source | None, world: WorldConfig) -> FleetConfig:
     return fleet
 
 
-def _name_faults(boats: Sequence[tuple[BoatConfig, Slot]], world: WorldConfig) -> Iterator[Fault]:
+def _name_faults(boats: Sequence[tuple[BoatConfig, Slot]], world: WorldConfig) -> Faults:
     taken = {thing.name: f"an object of world {world.name}" for thing in world.placements}
     for boat, slot in boats:
         if boat.name in taken:

@@ -3,7 +3,7 @@
 import contextlib
 import math
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property, lru_cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator
 from pydantic_core.core_schema import ValidationInfo
 
-from vrx_mj.config.base import Config, Fault, InFolder, Only, duplicate_names, exclusive
+from vrx_mj.config.base import Config, Fault, Faults, InFolder, Only, duplicate_names, exclusive
 from vrx_mj.config.docks import DockPlacement, LightConfig, Placed, Symbol, berths
 from vrx_mj.config.loading import Loading, document, loads, referenced_file, validate
 from vrx_mj.config.search import display, kind_name
@@ -105,7 +105,7 @@ class JointConfig(Config):
         """The axes, from the parent outward; none of a ball."""
         return tuple(axis for axis in (self.axis, self.axis2) if axis)[: _AXES[self.type]]
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         if self.axis2 is not None and _parallel(self.axis.xyz, self.axis2.xyz):
             yield ("axis2", "xyz"), "must not be parallel to the first axis: a universal joint turns about two"
         if self.type == "continuous" and self.axis.limits is not None:
@@ -140,7 +140,7 @@ def tree_faults(root: str, links: Sequence[str], joints: Sequence[_Ends]) -> lis
     return list(_end_faults(root, links, joints)) or list(_loose(root, links, joints))
 
 
-def _end_faults(root: str, links: Sequence[str], joints: Sequence[_Ends]) -> Iterator[Fault]:
+def _end_faults(root: str, links: Sequence[str], joints: Sequence[_Ends]) -> Faults:
     known, holders = [root, *links], dict[str, str]()
     if root in links:
         yield ("links", links.index(root), "name"), f"duplicate name '{root}'"
@@ -157,7 +157,7 @@ def _end_faults(root: str, links: Sequence[str], joints: Sequence[_Ends]) -> Ite
         holders.setdefault(child, joint)
 
 
-def _loose(root: str, links: Sequence[str], joints: Sequence[_Ends]) -> Iterator[Fault]:
+def _loose(root: str, links: Sequence[str], joints: Sequence[_Ends]) -> Faults:
     """Links without a joint, and links that hang on each other in a circle."""
     above = {child: [parent] for _, parent, child in joints}
     for index, name in enumerate(links):
@@ -220,7 +220,7 @@ class PathConfig(Config):
     """Whether it swims only while its waypoint is within `bearing_tolerance` of its bow; by default only in profile
     vrx3."""
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         yield from exclusive(self, "waypoints", "circle", "line", required=True)
         count = len(self.waypoints) if self.waypoints else _POINTS if self.circle else 2
         if self.start >= count:
@@ -285,7 +285,7 @@ class Placement(Placed):
             whole.check(lambda: _count(referenced_file("objects", value, folder), whole))
         return value
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         if self.path or self.symbols or self.mooring:
             with contextlib.suppress(VrxError):  # what is wrong with the model is reported with it
                 yield from _misfits(self, self.config)
@@ -380,7 +380,7 @@ def _packaged_object(file: Path) -> ObjectConfig | None:
     return None if found.objects else found
 
 
-def _misfits(item: Placement, model: ObjectConfig) -> Iterator[Fault]:
+def _misfits(item: Placement, model: ObjectConfig) -> Faults:
     """A path, symbols or a rope that an object model has no use for."""
     if item.path and model.kind != "floating":
         yield ("path",), f"'{item.model}' does not float, so it cannot follow a path"

@@ -4,14 +4,14 @@ A robot with a name is a folder with `robot.yaml`; a path leads to such a file, 
 whose YAML, if it has one, is called as itself: `my_boat.yaml` goes with `my_boat.urdf.xacro`.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field
 
-from vrx_mj.config.base import Config, Fault, Folder, InFolder, Only, column_faults, faults
+from vrx_mj.config.base import Config, Faults, Folder, InFolder, Only, column_faults, faults
 from vrx_mj.config.dynamics import (
     ContactConfig,
     HydrodynamicsConfig,
@@ -112,7 +112,7 @@ class SailEntry(Config):
     servo: ServoConfig = ServoConfig(kp=3000.0, kd=200.0, effort=1000.0, velocity=1.0)
     """Servo that holds the boom."""
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         return column_faults("coefficients", [row[0] for row in self.coefficients], "an angle", ends=(0.0, 180.0))
 
 
@@ -137,7 +137,7 @@ class ChannelEntry(Config):
     dead_band: Annotated[Number, Field(ge=0, le=500)] = 0.0
     """Largest difference from the trim that still gives a zero command [us]."""
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         short, long = self.span or (1000.0, 1000.0)
         if short * long <= 0.0 or min(abs(short), abs(long)) <= self.dead_band:
             text = f"both must be above the dead band, {self.dead_band:g}, or both below -{self.dead_band:g}"
@@ -156,7 +156,7 @@ class BatteryEntry(Config):
     voltage: Annotated[tuple[_VoltagePoint, ...], NumberOf(Battery, "voltage"), Field(min_length=2, max_length=100)]
     resistance: Annotated[float, NumberOf(Battery, "resistance")] = 0.0
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         return column_faults("voltage", [share for share, _ in self.voltage], "a share", ends=(0.0, 1.0))
 
 
@@ -267,7 +267,7 @@ class RobotConfig(InFolder):
     profiles: Profiles = Profiles()
     """Differences in worlds of other profiles."""
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         for kind, blades in (("rudder", self.rudders), ("sail", self.sails)):
             for name in blades:
                 if name in self.thrusters:

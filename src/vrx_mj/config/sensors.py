@@ -2,12 +2,11 @@
 
 import math
 import operator
-from collections.abc import Iterator
 from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vrx_mj.config.base import Config, Fault
+from vrx_mj.config.base import Config, Faults
 from vrx_mj.config.values import Name, NonNegative, Number, Pose, Positive, Switch, Vec3, numbers, rising
 from vrx_mj.frames import IDENTITY, ZERO
 
@@ -75,7 +74,7 @@ class CameraConfig(_Sensor):
     labels: Annotated[Switch, Field(exclude_if=operator.not_)] = False
     """Whether its images come with the names, boxes and masks of the objects they show."""
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         if self.near >= self.far:
             yield (), f"invalid near {self.near:g} m and far {self.far:g} m: near must be below far"
 
@@ -106,7 +105,7 @@ class LidarConfig(_Sensor):
     sea_returns: Switch = False
     """Whether water reflects; in VRX it does not."""
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         if max(abs(angle) for angle in self.azimuth) > 2.0 * math.pi:
             yield (), f"invalid azimuth {list(self.azimuth)} rad: at most a full turn, 2 pi, either way"
         if max(abs(angle) for angle in self.elevation) > 1.571:

@@ -1,14 +1,14 @@
 """Sea, wind and current of a world's file, and what a boat shows to the wind."""
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
-from vrx_mj.config.base import Config, Fault, InFolder, Only, column_faults, exclusive
+from vrx_mj.config.base import Config, Fault, Faults, InFolder, Only, column_faults, exclusive
 from vrx_mj.config.loading import loads
 from vrx_mj.config.search import contained_file
 from vrx_mj.config.tree import Section, literal
@@ -118,7 +118,7 @@ class WindConfig(Config):
     """Objects on which the wind acts, in addition to boats whose robot has its own coefficients; by default only these
     boats. With `[]` the wind acts on nothing."""
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         yield from exclusive(self, "exponent", "roughness")
         if self.roughness is not None and self.roughness >= self.height:
             yield ("roughness",), f"a roughness below `height`, {self.height:g} m, is needed, got {self.roughness:g} m"
@@ -340,7 +340,7 @@ class SeaConfig(InFolder):
             return self.peak_period
         return self.spectrum.peak_period if self.model == "file" else developed_period(max(self.hs, 1e-3))
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         if self.model == "pms" and self.number > 3:
             yield ("number",), f"must be at most 3 in a pms sea, got {self.number}"
         if self.model == "pms" and self.scale < 1:
@@ -354,7 +354,7 @@ class SeaConfig(InFolder):
         elif self.height is not None:
             yield from self._breaking("wave", self.height, self.period, breaking_height(self.period, site))
 
-    def _breaking(self, what: str, height: float, period: float, most: float) -> Iterator[Fault]:
+    def _breaking(self, what: str, height: float, period: float, most: float) -> Faults:
         """A sea or a wave that is higher than what breaks; a longer period helps little in shallow water."""
         if height > most:
             given = [key for key in ("height", "significant_height") if getattr(self, key) is not None]

@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import BeforeValidator, Field, Tag, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
 
-from vrx_mj.config.base import Config, Fault, FromFile, InFolder, Only, duplicate_names
+from vrx_mj.config.base import Config, Fault, Faults, FromFile, InFolder, Only, duplicate_names
 from vrx_mj.config.docks import DockPlacement, Placed
 from vrx_mj.config.kinds import CLASSIC, DEFAULT, MARINE, Profile, on_its_profile
 from vrx_mj.config.loading import Loading, Source, check, document, loads, validate
@@ -85,7 +85,7 @@ class SkyConfig(Config):
     clouds: CloudsConfig = CloudsConfig()
     """Clouds. They are not drawn; setting them gives a warning."""
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         if self.sunset <= self.sunrise:
             yield ("sunset",), f"must be later than sunrise, {self.sunrise:g}; got {self.sunset:g}"
 
@@ -105,7 +105,7 @@ class FogConfig(Config):
     density: Annotated[NonNegative, Only("type", ("exp", "quadratic"))] = 1.0
     """Density [1/m]: exp fog hides 1 - exp(-density d) at distance d, quadratic fog 1 - exp(-(density d)^2)."""
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         if self.end <= self.start:
             yield ("end",), f"must be above start, {self.start:g}; got {self.end:g}"
 

@@ -13,8 +13,6 @@ _Class = TypeVar("_Class")
 
 STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, revalidate_instances="always")
 """No value is turned into one of another kind, but for whole numbers into floats; no key is ignored."""
-LEFT_OUT: Mapping[str, bool] = {"left_out": True}
-"""Metadata of a field that JSON leaves out while it has its default."""
 TIED = object()
 """Mark of what is no parameter by itself: other numbers of the world, or its MJCF, belong to it."""
 HEADING = object()
@@ -30,7 +28,12 @@ _ROUNDING = 1e-6
 """How far the rows of a rotation may be from unit length and right angles."""
 
 
-@dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(field,))
+def left_out(**default: Any) -> Any:
+    """Field of a record that JSON leaves out while it has its default."""
+    return field(metadata={"left_out": True}, **default)
+
+
+@dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(field, left_out))
 def record(kind: type[_Class]) -> type[_Class]:
     """Make a class a frozen dataclass, given by names alone, whose values pydantic checks strictly."""
     kind.__pydantic_config__ = STRICT  # type: ignore[attr-defined]

@@ -16,7 +16,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, TypeAdapter, ValidationError
 
-from vrx_mj.config.base import Config, Fault
+from vrx_mj.config.base import Config, Faults
 from vrx_mj.config.loading import problem_at, problems_of
 from vrx_mj.config.search import catalogue, display
 from vrx_mj.config.tree import File, Items, Place, Section, key_path, literal
@@ -44,7 +44,7 @@ class _AxisConfig(Config):
     sequence: dict[str, _Calls | None] | None = None
     yamls: dict[str, Any] | None = None
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         for key, steps in (("sequence", self.sequence), ("yamls", self.yamls)):
             for step in steps or ():
                 if not (step.isascii() and step.isdigit() and len(step) < 10):
