@@ -5,7 +5,6 @@ Reading checks names that clash, a square that is full, bearings, and a fleet fa
 
 import math
 import re
-import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -25,7 +24,7 @@ from vrx_mj.config.search import catalogue, contained_file, is_path
 from vrx_mj.config.tree import Loc
 from vrx_mj.config.values import MAX_COORDINATE, Cartesian, Color, Coordinate, Name, Number, Pose, by_type, demand
 from vrx_mj.config.world import FULL_TURN, Sensors, SpawnConfig, WorldConfig, check_thrusters, warn_of_degrees
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, warn
 from vrx_mj.frames import ZERO, Vector
 from vrx_mj.model.boats import AisClass
 
@@ -438,7 +437,7 @@ def _warn_of_bearings(fleet: FleetConfig) -> None:
     if len(places) > 1 and _all_outward(places, "compass") and not _all_outward(places, "math"):
         text = f"fleet {fleet.name}: its headings point outward as compass bearings only, but are read as degrees"
         advice = "write `headings: compass` for bearings, or `headings: math` to keep this"
-        warnings.warn(f"{text} counter-clockwise from x; {advice}", VrxWarning, stacklevel=3)
+        warn(f"{text} counter-clockwise from x; {advice}", 3)
 
 
 def _warn_of_radians(fleet: FleetConfig) -> None:
@@ -450,7 +449,7 @@ def _warn_of_radians(fleet: FleetConfig) -> None:
         key, angle = said[0]
         text = f"fleet {fleet.name}: {key} {angle:g} is read as degrees, unlike the radians of poses"
         advice = f"write {math.degrees(angle):.6g} for {angle:g} rad, or `headings: math` to keep this"
-        warnings.warn(f"{text}; {advice}", VrxWarning, stacklevel=3)
+        warn(f"{text}; {advice}", 3)
 
 
 def _all_outward(positions: Sequence[FleetPosition], headings: Headings) -> bool:

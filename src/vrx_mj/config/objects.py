@@ -2,7 +2,6 @@
 
 import contextlib
 import math
-import warnings
 from collections.abc import Mapping, Sequence
 from functools import cached_property, lru_cache
 from graphlib import CycleError, TopologicalSorter
@@ -33,7 +32,7 @@ from vrx_mj.config.values import (
     numbers,
     rising,
 )
-from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
+from vrx_mj.errors import UnknownNameError, VrxError, warn
 from vrx_mj.frames import IDENTITY, ZERO, Vector, apply, rotation
 from vrx_mj.model.kinds import Seed
 from vrx_mj.model.things import Float, Follower, Rope
@@ -424,7 +423,7 @@ def _warn_if_it_sinks(thing: ObjectConfig, file: Path) -> None:
     displaced = sum(part.fluid_density * sum(element.volume for element in part.elements) for part in wet)
     if (mass := thing.whole_mass) > displaced:
         text = f"{display(file)}: sinks: mass {mass:g} kg; its buoyancy displaces at most {displaced:g} kg"
-        warnings.warn(text, VrxWarning, stacklevel=2)
+        warn(text, 2)
 
 
 def _must_be_single(model: str, near: Path | None) -> None:

@@ -1,7 +1,6 @@
 """Worlds: sea, wind, terrain, what is in the water, the look of it all in SDF's vocabulary, and markers of goals."""
 
 import math
-import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
@@ -22,7 +21,7 @@ from vrx_mj.config.tree import Loc, Section, fault, literal
 from vrx_mj.config.values import Cartesian, Color, NonNegative, Number, Pose, Switch, as_switch, by_type, demand
 from vrx_mj.config.weather import CurrentConfig, SeaConfig, WindConfig
 from vrx_mj.constants import GRAVITY, LONGEST_STEP, SHORTEST_STEP
-from vrx_mj.errors import VrxWarning
+from vrx_mj.errors import warn
 from vrx_mj.frames import Geodetic
 from vrx_mj.model.kinds import Degrees, Latitude, Longitude, Seed, Share
 from vrx_mj.spectra import REGULAR, SPECTRA, VRX_SEAS
@@ -289,7 +288,7 @@ def load_world(source: Source) -> WorldConfig:
     things = [(thing.name, thing.pose[3:]) for thing in world.placements]
     warn_of_degrees(f"world {world.name}", [("spawn", world.spawn.pose[3:]), *things])
     for text in (*_of_its_sea(world), *_of_default_profile(world)):
-        warnings.warn(f"world {world.name}: {text}", VrxWarning, stacklevel=3)
+        warn(f"world {world.name}: {text}", 3)
     return world
 
 
@@ -321,5 +320,5 @@ def warn_of_degrees(owner: str, poses: Iterable[tuple[str, Sequence[float]]]) ->
         angle = max(angles, key=abs)
         if abs(angle) > FULL_TURN:
             text = f"{owner}: angle {angle:g} of '{name}' exceeds a full turn, {FULL_TURN:.4f}"
-            warnings.warn(f"{text}; poses are in radians", VrxWarning, stacklevel=4)
+            warn(f"{text}; poses are in radians", 4)
             return

@@ -1,6 +1,5 @@
 """Building a boat: from what a fleet orders to a `Boat`, by xacro, URDF and the YAML beside it."""
 
-import warnings
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
@@ -14,7 +13,7 @@ from vrx_mj.config.robots import ProfileEntry, RobotConfig, load_robot, robot_se
 from vrx_mj.config.search import display, is_path, package_paths
 from vrx_mj.config.sensors import BallShooterConfig, SensorConfig
 from vrx_mj.config.tree import ros_names_note
-from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning, first_lines, ignore_warnings
+from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, first_lines, ignore_warnings, warn
 from vrx_mj.foreign import budget
 from vrx_mj.formats.gazebo.sdf_boats import read_boat
 from vrx_mj.formats.parts.read import load_parts, wamv_urdf
@@ -80,7 +79,7 @@ def _build(order: Order, config: RobotConfig) -> Boat:
     names = ros_names_note("thruster", (thruster.name for thruster in boat.thrusters))
     names += ros_names_note("sensor", (sensor.name for sensor in sensors))
     if notes := [note for note in (*remarks, *names) if note]:
-        warnings.warn(_notes_message(order.robot, notes), VrxWarning, stacklevel=2)
+        warn(_notes_message(order.robot, notes), 2)
     return boat
 
 

@@ -1,7 +1,6 @@
 """Sea and wind of a compiled world, and the tables of a world in the making."""
 
 import math
-import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any
@@ -14,7 +13,7 @@ from vrx_mj.config.search import catalogue
 from vrx_mj.config.weather import CurrentConfig, SeaConfig, TideConfig, WindageConfig, WindConfig
 from vrx_mj.config.world import PhysicsConfig
 from vrx_mj.constants import WATER_DENSITY, WAVE_GRAVITY
-from vrx_mj.errors import VrxWarning
+from vrx_mj.errors import warn
 from vrx_mj.frames import Vector
 from vrx_mj.mjcf import boats
 from vrx_mj.mjcf.world import World
@@ -306,7 +305,7 @@ def warn_if_unpushed(
         text = f"world {world}: the wind does not push {_first(boat.name for boat in still)}"
         lack = f"no wind coefficients for robot {_first(boat.robot for boat in still)}"
         advice = "write `wind: [x, y, yaw]` in the robot's YAML, or list it in `wind.objects`, Gazebo's <wind_obj>"
-        warnings.warn(f"{text}: {lack}; {advice}", VrxWarning, stacklevel=5)
+        warn(f"{text}: {lack}; {advice}", 5)
 
 
 def warn_if_unmoved(world: str, wind: WindConfig | None, moving: Iterable[str]) -> None:
@@ -315,9 +314,7 @@ def warn_if_unmoved(world: str, wind: WindConfig | None, moving: Iterable[str]) 
     idle = [item.model for item in (wind.objects if wind else None) or () if item.model not in names]
     if idle:
         text = f"world {world}: wind.objects has no effect on {_first(idle)}"
-        warnings.warn(
-            f"{text}; list boats, objects that float, and docks with `dynamic: true`", VrxWarning, stacklevel=5
-        )
+        warn(f"{text}; list boats, objects that float, and docks with `dynamic: true`", 5)
 
 
 def _first(names: Iterable[str]) -> str:

@@ -5,7 +5,6 @@ surface of the sea takes its colours from a palette. Markers are cylinders, whic
 """
 
 import math
-import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -17,7 +16,7 @@ import numpy.typing as npt
 
 from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.config.world import FogConfig, MarkersConfig, SceneConfig, SkyConfig, WorldConfig
-from vrx_mj.errors import CompileError, VrxWarning
+from vrx_mj.errors import CompileError, warn
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.things import Marker, Scene
 from vrx_mj.model.world import Parameters
@@ -198,7 +197,7 @@ def _not_drawn(scene: SceneConfig) -> list[str]:
 
 def _warn(name: str, missing: list[str]) -> None:
     if missing:
-        warnings.warn(f"world {name}: MuJoCo cannot draw {', '.join(missing)}", VrxWarning, stacklevel=4)
+        warn(f"world {name}: MuJoCo cannot draw {', '.join(missing)}", 4)
 
 
 def marker_rows(config: MarkersConfig, goals: Iterable[Sequence[float]]) -> tuple[Marker, ...]:

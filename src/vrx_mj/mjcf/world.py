@@ -6,7 +6,6 @@ Other simulators get MJCF without what they refuse.
 import hashlib
 import os
 import re
-import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -15,7 +14,7 @@ from types import MappingProxyType
 
 from vrx_mj.arguments import as_path, check_name
 from vrx_mj.config.search import ReadingError, read_limited
-from vrx_mj.errors import StateError, VrxWarning
+from vrx_mj.errors import StateError, warn
 from vrx_mj.mjcf.pieces import Piece, Pieces
 from vrx_mj.mjcf.saved import piece_files, read_world
 from vrx_mj.model.numbers import Number, numbers_of
@@ -157,7 +156,7 @@ class World:
         folder = scene.parent
         world = world_of(lambda name: _read_file(folder / name), scene.stem, f"{folder}{os.sep}")
         if other := other_physics(world.parameters.physics_version):
-            warnings.warn(f"the world {scene} is {other}", VrxWarning, stacklevel=2)
+            warn(f"the world {scene} is {other}", 2)
         return world
 
 

@@ -8,7 +8,6 @@ import contextlib
 import os
 import os.path
 import re
-import warnings
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path, PurePath
@@ -29,16 +28,7 @@ from vrx_mj.config.search import (
     packages_named,
 )
 from vrx_mj.config.tree import File, Place, Section, literal
-from vrx_mj.errors import (
-    ChoiceError,
-    ConfigError,
-    UnknownNameError,
-    VrxError,
-    VrxWarning,
-    first_lines,
-    first_names,
-    shorten,
-)
+from vrx_mj.errors import ChoiceError, ConfigError, UnknownNameError, VrxError, first_lines, first_names, shorten, warn
 from vrx_mj.formats.gazebo.document import read_document
 from vrx_mj.formats.gazebo.launch import is_launch, launch_of, read_launch
 from vrx_mj.formats.gazebo.launched import (
@@ -99,7 +89,7 @@ def launch_document(source: str | Path) -> tuple[Section, str] | None:
     if launch.objects:
         names = shorten(", ".join(thing.name for thing in launch.objects))
         text = f"{source}: a fleet takes only its boats; it also spawns {names}"
-        warnings.warn(f"{text}; vrx-mj run {source} includes them if it opens a world", VrxWarning, stacklevel=4)
+        warn(f"{text}; vrx-mj run {source} includes them if it opens a world", 4)
     return found, Path(source).stem
 
 
@@ -143,7 +133,7 @@ def _boat_fragment(file: Path) -> str:
     name = next((name for name in names if is_boat(model_element(Path(f"{file}#{name}")).model)), names[0])
     others = first_names((each for each in names if each != name), _MODELS_SHOWN)
     text = f"{display(file)}: the boat is its model '{name}'; for another, --fleet FILE#NAME with NAME one of {others}"
-    warnings.warn(text, VrxWarning, stacklevel=5)
+    warn(text, 5)
     return f"#{name}"
 
 
@@ -238,7 +228,7 @@ def open_source(world: Source, fleet: Source | None, arguments: Mapping[str, str
         warn_of_losses(launch.report.notes, str(world), stacklevel=4)
         if fleet is None and launch.fleet is not None:
             text = f"its <rosparam> loads a fleet, as --fleet {shell_word(display(launch.fleet))} does"
-            warnings.warn(f"{shorten(world)}: {text}", VrxWarning, stacklevel=4)
+            warn(f"{shorten(world)}: {text}", 4)
         fleet = fleet_of(launch) or launch.fleet_of_world if fleet is None else fleet
         if launch.objects or launch.unlocked:
             return joined_world(launch.world, launch, fleet)
@@ -290,7 +280,7 @@ def _fleet_in(found: GazeboWorld, world: str | Path) -> Source | None:
     """The boats of a world of Gazebo, with a warning where it has none."""
     if found.fleet == NO_BOATS:
         text = "this world has no boats; add some with --fleet FLEET, as in --fleet trio"
-        warnings.warn(f"{shorten(world)}: {text}", VrxWarning, stacklevel=5)
+        warn(f"{shorten(world)}: {text}", 5)
     return found.fleet
 
 
@@ -315,7 +305,7 @@ def file_of_folder(folder: Path, arguments: Mapping[str, str] | None = None) -> 
         raise _choice(folder, kind, meant)
     if failed:
         lines = [f"{display(folder)}: launch files that are not read", *first_lines(failed, _LISTED)]
-        warnings.warn("\n".join(lines), VrxWarning, stacklevel=4)
+        warn("\n".join(lines), 4)
     return next(iter(meant))
 
 

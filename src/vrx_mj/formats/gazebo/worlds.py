@@ -17,7 +17,7 @@ from vrx_mj.config.objects import ObjectConfig
 from vrx_mj.config.search import SCHEME, WORLD_SUFFIXES, catalogue
 from vrx_mj.config.tree import File, Place, Section, literal
 from vrx_mj.config.world import WorldConfig
-from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning, first_lines, ignore_warnings, nearest, shorten
+from vrx_mj.errors import ConfigError, Problem, VrxError, first_lines, ignore_warnings, nearest, shorten, warn
 from vrx_mj.formats.gazebo.document import STRICT, Element, Note, Report, as_node, label, plugin_name, read_document
 from vrx_mj.formats.gazebo.models import (
     NO_MODEL,
@@ -181,7 +181,7 @@ def warn_of_losses(notes: Sequence[Note], source: str, *, stacklevel: int) -> No
         places = (":".join(map(str, filter(None, (note.place.file.name, note.place.line)))) for note in lost)
         lines = (f"{place}: {note.what} {note.fate}: {note.ours}" for place, note in zip(places, lost, strict=True))
         head = f"{source}: {len(lost)} of {len(once)} parts differ from Gazebo (`vrx-mj import` lists all)"
-        warnings.warn("\n  ".join([head, *first_lines(lines, _SHOWN_NOTES)]), VrxWarning, stacklevel=stacklevel)
+        warn("\n  ".join([head, *first_lines(lines, _SHOWN_NOTES)]), stacklevel)
 
 
 def _no_world(root: Element) -> ConfigError:

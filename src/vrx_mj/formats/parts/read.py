@@ -8,7 +8,6 @@ may have any namespace. Suspicious values are reported.
 import json
 import math
 import re
-import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
@@ -25,7 +24,7 @@ from vrx_mj.config.search import display
 from vrx_mj.config.tree import File, Items, Loc, Place, Section, choice, key_path, literal, unknown_key
 from vrx_mj.config.values import MAX_COORDINATE, as_switch
 from vrx_mj.config.yaml_text import parse, read_lines
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning, shorten
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, shorten, warn
 from vrx_mj.formats.urdf.elements import numbers_of, truth
 from vrx_mj.formats.urdf.expand import Result, evaluate, expand
 from vrx_mj.formats.urdf.xml_document import file_error
@@ -339,7 +338,7 @@ def load_parts(path: Path | str, kind: Kind) -> PartsFile:
     for loc, instance in reading.parts:
         for key, message in _suspicious_values(instance):
             place = reading.places.get((*loc, key), instance.place)
-            warnings.warn(str(place.problem(key_path((*loc, key)), message)), VrxWarning, stacklevel=2)
+            warn(str(place.problem(key_path((*loc, key)), message)), 2)
     return PartsFile(file, kind, tuple(part for _, part in reading.parts), tuple(map(str, reading.stops)))
 
 

@@ -7,7 +7,6 @@ significant.
 
 import contextlib
 import math
-import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -21,7 +20,7 @@ from vrx_mj.config.loading import problem_at, problems_of
 from vrx_mj.config.search import catalogue, display
 from vrx_mj.config.tree import File, Items, Place, Section, key_path, literal
 from vrx_mj.config.yaml_text import Repeat, parse_loosely, read_lines
-from vrx_mj.errors import ConfigError, Problem, VrxWarning
+from vrx_mj.errors import ConfigError, Problem, warn
 from vrx_mj.formats.urdf.expand import Result, evaluate
 
 MOST_WORLDS = 10_000
@@ -130,7 +129,7 @@ def read_series(path: Path) -> Series:
         message = f"{counts} steps make {literal(series.count)} worlds; at most {MOST_WORLDS} are allowed"
         raise ConfigError([Problem(file.name, 1, None, "", message)])
     if remarks := [*_remarks(series, repeats)]:
-        warnings.warn(f"{file.name}: {'; '.join(remarks)}", VrxWarning, stacklevel=2)
+        warn(f"{file.name}: {'; '.join(remarks)}", 2)
     return series
 
 

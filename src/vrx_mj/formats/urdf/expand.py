@@ -8,7 +8,6 @@ packages and in named folders.
 import os
 import os.path
 import re
-import warnings
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,7 +27,7 @@ from vrx_mj.config.search import (
     workspace_packages,
 )
 from vrx_mj.config.tree import Place
-from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning, first_lines, first_names, shorten
+from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, first_lines, first_names, shorten, warn
 from vrx_mj.foreign import ReaderError, ask
 from vrx_mj.formats.urdf.xml_document import Table, file_error, read_bytes, read_text
 from vrx_mj.packages import root
@@ -270,7 +269,7 @@ def _warn(file: Path, made: Expanded) -> None:
     for what, lines in (("xacro warns", made.warnings), ("not read, because packages are missing", made.left_out)):
         if lines:
             text = "\n".join([f"{display(file)}: {what}", *first_lines(lines, _SHOWN_WARNINGS)])
-            warnings.warn(text, VrxWarning, stacklevel=3)
+            warn(text, 3)
 
 
 def evaluate(file: str, texts: Sequence[tuple[str, Mapping[str, float]]]) -> tuple[Result, ...]:

@@ -7,7 +7,6 @@ the sandboxed process: `read_bytes`, for texts that are handed to it, is for any
 import codecs
 import json
 import re
-import warnings
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
@@ -16,7 +15,7 @@ from xml.etree import ElementTree as ET
 from xml.parsers import expat
 
 from vrx_mj.config.search import ReadingError, display, read_limited
-from vrx_mj.errors import ConfigError, Problem, VrxWarning
+from vrx_mj.errors import ConfigError, Problem, warn
 from vrx_mj.formats.urdf.model import Place
 
 MAX_BYTES = 4_000_000
@@ -165,7 +164,7 @@ class _Oddities(dict[str, tuple[str, Place, int]]):
         """Warn of each kind."""
         for words, place, count in self.values():
             more = f" ({count} times)" if count > 1 else ""
-            warnings.warn(VrxWarning(f"{place}:{place.column}: {words}{more}"), stacklevel=3)
+            warn(f"{place}:{place.column}: {words}{more}", 3)
 
 
 def _repair(text: str, name: str, odd: _Oddities) -> str:
