@@ -90,7 +90,7 @@ class BuoyancyElement(Shape):
         if self.type == "box":
             return math.prod(self.size or ())
         radius, length = self.radius or 0.0, self.length or 0.0
-        return 4 / 3 * math.pi * radius**3 if self.type == "sphere" else math.pi * radius**2 * length
+        return 4 / 3 * math.pi * radius**3 if self.type == "sphere" else math.pi * radius * radius * length
 
 
 class BuoyancyConfig(Config):

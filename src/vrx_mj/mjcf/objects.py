@@ -417,16 +417,16 @@ def element_row(element: BuoyancyElement) -> Element:
     """A buoyancy element: dimensions, pose in the link, full volume [m3] and VRX's mean dimension [m]."""
     a, b, c = element.size or ZERO
     r, length = element.radius or 0.0, element.length or 0.0
-    size, volume, mean = {
-        "box": ((a, b, c), a * b * c, (a + b + c) / 3.0),
-        "sphere": ((r, 0.0, 0.0), 4.0 / 3.0 * math.pi * r**3, 2.0 * r),
-        "cylinder": ((r, length, 0.0), math.pi * r * r * length, (2.0 * r + length) / 2.0),
+    size, mean = {
+        "box": ((a, b, c), (a + b + c) / 3.0),
+        "sphere": ((r, 0.0, 0.0), 2.0 * r),
+        "cylinder": ((r, length, 0.0), (2.0 * r + length) / 2.0),
     }[element.type]
     return Element(
         shape=_SHAPE_CODES[element.type],
         size=size,
         position=element.pose[:3],
         rotation=rotation(*element.pose[3:]),
-        volume=volume,
+        volume=element.volume,
         mean_dimension=mean,
     )

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
+from typing import NamedTuple
 
 from vrx_mj.arguments import as_path, check_name
 from vrx_mj.config.search import ReadingError, read_limited
@@ -195,31 +196,19 @@ def make_world(mjcf: str, assets: Mapping[str, bytes], parameters: Parameters) -
     return World(Pieces(Piece(mjcf, assets)), parameters)
 
 
-@dataclass(frozen=True)
-class _Omission:
-    """A part of our MJCF that a simulator refuses."""
-
-    pattern: str
-    """Regular expression of its text."""
-    consequence: str
-    """What is different without it, as the MJCF's header says it."""
+_SLEEP = r' (?:sleep|sleep_tolerance)="[^"]*"', "sleep: the balls of shooters fall from their places under the ground"
+"""A part of our MJCF: a regular expression of its text, and what is different without it, as the header says it."""
+_AUTORESET = r' autoreset="[^"]*"', "autoreset: a run that diverges may start again"
+_TOUCHES = r'\s*<contact name="[^"]*"[^<>]*/>', "contact sensors: what the boat of a task touches"
 
 
-_SLEEP = _Omission(
-    r' (?:sleep|sleep_tolerance)="[^"]*"', "sleep: the balls of shooters fall from their places under the ground"
-)
-_AUTORESET = _Omission(r' autoreset="[^"]*"', "autoreset: a run that diverges may start again")
-_TOUCHES = _Omission(r'\s*<contact name="[^"]*"[^<>]*/>', "contact sensors: what the boat of a task touches")
-
-
-@dataclass(frozen=True)
-class Simulator:
+class Simulator(NamedTuple):
     """A program that reads our MJCF."""
 
     title: str
     """Its name for people."""
-    omissions: tuple[_Omission, ...] = ()
-    """What is left out for it."""
+    omissions: tuple[tuple[str, str], ...] = ()
+    """Parts that it refuses."""
 
 
 SIMULATORS: Mapping[str, Simulator] = {
@@ -237,12 +226,12 @@ def mjcf_for(mjcf: str, simulator: str) -> str:
         UnknownNameError: `SIMULATORS` has no such name.
     """
     check_name("simulator", simulator, SIMULATORS)
-    title, omissions = SIMULATORS[simulator].title, SIMULATORS[simulator].omissions
+    title, omissions = SIMULATORS[simulator]
     if not omissions:
         return mjcf
-    for omission in omissions:
-        mjcf = re.sub(omission.pattern, "", mjcf)
-    lines = "".join(f"\n         {omission.consequence}" for omission in omissions)
+    for pattern, _ in omissions:
+        mjcf = re.sub(pattern, "", mjcf)
+    lines = "".join(f"\n         {consequence}" for _, consequence in omissions)
     header = f"""\\1 for {title}.
 
        There is no sea here, no wind and no thrust: these come from vrx_mj's loop alone, and boats fall. Masses, joints,

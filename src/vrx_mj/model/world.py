@@ -258,14 +258,9 @@ def json_entries(values: Parameters | Mapping[str, object]) -> dict[str, str]:
 
 
 def joined_entries(entries: Mapping[str, str]) -> str:
-    """The text of all entries of parameters."""
+    """The text of all entries of parameters, of which `parameters_of` makes the same parameters again."""
     lines = (f'"{key}": {text}'.replace("\n", "\n ") for key, text in entries.items())
     return "{\n " + ",\n ".join(lines) + "\n}\n"
-
-
-def json_of(parameters: Parameters) -> str:
-    """The text from which `parameters_of` makes the same parameters again."""
-    return joined_entries(json_entries(parameters))
 
 
 def without_descriptions(parameters: Parameters) -> Parameters:

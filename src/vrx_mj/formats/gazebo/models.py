@@ -19,6 +19,7 @@ from vrx_mj.config.search import (
     display,
     is_inside,
     leaves_folder,
+    listed_in,
     package_paths,
     workspace_packages,
 )
@@ -223,7 +224,7 @@ def folder_in_reach(name: str, near: Path) -> Path | None:
 
 def model_paths() -> list[Path]:
     """Folders of the environment's variables in which models are."""
-    return [Path(entry) for key in PATHS for entry in os.environ.get(key, "").split(os.pathsep) if entry]
+    return [folder for key in PATHS for folder in listed_in(key)]
 
 
 def _is_model(folder: Path) -> bool:

@@ -45,6 +45,7 @@ from vrx_mj.formats.gazebo.models import ROBOT, file_in_folder, is_gazebo_model,
 from vrx_mj.formats.gazebo.sdf_boats import is_boat
 from vrx_mj.formats.gazebo.worlds import NO_BOATS, GazeboWorld, gazebo_world, is_gazebo_world, warn_of_losses
 from vrx_mj.formats.series.pieces import Content
+from vrx_mj.formats.urdf.expand import Arguments
 from vrx_mj.formats.urdf.expand import arguments as declared_arguments
 from vrx_mj.formats.urdf.xml_document import MAX_BYTES, file_error, read_bytes
 from vrx_mj.packages import shell_word
@@ -104,7 +105,7 @@ def folder_document(source: str | Path) -> tuple[Section, str] | None:
     return None if file is None else (robot_fleet(file, name=file.parent.name), "")
 
 
-def robot_fleet(source: str | Path, arguments: Mapping[str, str] | None = None, *, name: str | None = None) -> Section:
+def robot_fleet(source: str | Path, arguments: Arguments | None = None, *, name: str | None = None) -> Section:
     """A fleet of one boat, with arguments of its xacro; by default it is called as its file.
 
     A robot's YAML may have VRX's thruster and component files beside it.
@@ -209,7 +210,7 @@ def short_names(files: Sequence[Path], folder: Path) -> list[str]:
     return ["/".join(one) for one in shortest]
 
 
-def open_source(world: Source, fleet: Source | None, arguments: Mapping[str, str]) -> tuple[Source, Source | None]:
+def open_source(world: Source, fleet: Source | None, arguments: Arguments) -> tuple[Source, Source | None]:
     """World and fleet that a source opens: a launch file, a folder, or a world of Gazebo with arguments or boats.
 
     Other sources stay as they are. Of a fleet that is a xacro those arguments are the robot's which the world has not.
@@ -249,7 +250,7 @@ def open_source(world: Source, fleet: Source | None, arguments: Mapping[str, str
     return found.whole, fleet
 
 
-def _no_world(source: str | Path, launch: Launch, arguments: Mapping[str, str]) -> ConfigError:
+def _no_world(source: str | Path, launch: Launch, arguments: Arguments) -> ConfigError:
     """The error about a launch file that opens no world, and what to do with it."""
     name, file = Path(source).name, shell_word(shorten(source))
     beside = f" and spawns no boat; start it beside one: vrx-mj serve WORLD --ros1, then roslaunch {file}"
@@ -284,7 +285,7 @@ def _fleet_in(found: GazeboWorld, world: str | Path) -> Source | None:
     return found.fleet
 
 
-def file_of_folder(folder: Path, arguments: Mapping[str, str] | None = None) -> Path:
+def file_of_folder(folder: Path, arguments: Arguments | None = None) -> Path:
     """The file of a folder that is meant: its one launch file that starts a world, without any its one world.
 
     Launch files that another one includes do not count.
@@ -345,7 +346,7 @@ def _package(name: str) -> Path | None:
     return None if place is None or is_built_in(place) else place
 
 
-def _launches(folder: Path, arguments: Mapping[str, str]) -> tuple[dict[Path, Launch], list[str]]:
+def _launches(folder: Path, arguments: Arguments) -> tuple[dict[Path, Launch], list[str]]:
     """What launch files of a folder start, with those arguments that each takes, and messages of those with faults."""
     files = list(files_below(folder, _LAUNCH))
     if len(files) > _MOST_LAUNCHES:

@@ -160,6 +160,7 @@ class _Object:
         self.model = Model(source)
         self.folder = Path(str(file).partition("#")[0]).absolute().parent
         self.report = report
+        self.note = self.report.note
         self.is_static = self.model.root.flag("static", False)
         self.tree = self.bodies()
 
@@ -178,17 +179,17 @@ class _Object:
         findings.settle()
         self.report.lose(losses(model.root.element, "model", "object"))
         for node, text in model.lost:
-            self.report.note(node, "ignored", text)
+            self.note(node, "ignored", text)
         for kind, things in findings.odd.items():
             if kind not in _QUIET:
-                self.report.note(self.element, "approximated", f"{ODD[kind]}: {shorten(', '.join(things))}")
+                self.note(self.element, "approximated", f"{ODD[kind]}: {shorten(', '.join(things))}")
         moving = [joint for joint in joints if joint.type != "gearbox"]
         tree = Tree(rows, places, moving, is_static=self.is_static)
         for joint in joints:
-            self.report.note(joint.node, *(_STATIC if self.is_static else _fate(joint, tree)))
+            self.note(joint.node, *(_STATIC if self.is_static else _fate(joint, tree)))
         if tree.loose:
             text = f"no joint holds {shorten(', '.join(tree.loose))}: part of the first link's rigid body"
-            self.report.note(model.links[tree.loose[0]][0], "approximated", text)
+            self.note(model.links[tree.loose[0]][0], "approximated", text)
         return tree
 
     def content(self) -> Content:
@@ -249,7 +250,7 @@ class _Object:
             sinks = mass >= volume * WATER_DENSITY
             then = f"it would sink ({mass:g} kg, {volume:.3g} m3), so it is `static: true`"
             text = f"it has no buoyancy plugin{f' {then}' if sinks else ': its collision shapes displace water'}"
-            self.report.note(self.element, "approximated", text)
+            self.note(self.element, "approximated", text)
             if sinks:
                 return None
         return [
@@ -270,7 +271,7 @@ class _Object:
             shape = _primitive(part, pose, self.report)
             if shape and shape["type"] in _DISPLACING:
                 yield body, _drag(plugin), shape
-        self.report.note(plugin, "imported", "`buoyancy`")
+        self.note(plugin, "imported", "`buoyancy`")
 
     def inertia(self, body: Body) -> Content:
         """Mass properties of a body; products of inertia only where it has any."""

@@ -26,7 +26,7 @@ from vrx_mj.config.values import MAX_COORDINATE, as_switch
 from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, shorten, warn
 from vrx_mj.formats.urdf.elements import numbers_of, truth
-from vrx_mj.formats.urdf.expand import Result, evaluate, expand
+from vrx_mj.formats.urdf.expand import Arguments, Result, evaluate, expand
 from vrx_mj.formats.urdf.xml_document import file_error
 from vrx_mj.frames import Vector
 from vrx_mj.packages import root
@@ -513,7 +513,7 @@ def wamv_urdf(
     components: PartsFile | None = None,
     namespace: str = "wamv",
     locked: bool = False,
-    arguments: Mapping[str, str] | None = None,
+    arguments: Arguments | None = None,
     file: Path | None = None,
     package_paths: Sequence[Path] = (),
 ) -> str:
@@ -546,7 +546,7 @@ def wamv_urdf(
     return str(made)  # without places in files that have gone
 
 
-def _check(arguments: Mapping[str, str], namespace: str) -> None:
+def _check(arguments: Arguments, namespace: str) -> None:
     known = arguments_of_wamv()
     for name, value in arguments.items():
         check_name("argument of the WAM-V", name, known)

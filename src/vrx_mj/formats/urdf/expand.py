@@ -40,6 +40,8 @@ _SECONDS, _ANSWER = 3, 32 << 20
 _MOST_PACKAGES = 100
 """Packages that the files of one expansion may name."""
 _MACRO = re.compile(r"<xacro:macro\s[^<>]{0,500}?\bname\s*=\s*[\"']([^\"'<>]{1,100})[\"']")
+Arguments = Mapping[str, str]
+"""Arguments of a launch file or of a xacro, by name."""
 MACROS = root() / "assets" / "robots" / "wamv" / "vrx_gazebo" / "worlds" / "xacros" / "include_all_xacros.xacro"
 """The macros of VRX's worlds."""
 LEFT_OUT = "/missing:/"
@@ -157,7 +159,7 @@ class ExpandedText(str):
 def expand(
     file: Path,
     *,
-    arguments: Mapping[str, str] | None = None,
+    arguments: Arguments | None = None,
     needed: Collection[str] = (),
     package_paths: Sequence[Path] = (),
     libraries: Collection[str] = (),
@@ -180,7 +182,7 @@ def expand(
     return text
 
 
-def declared_names(file: Path, arguments: Mapping[str, str], package_paths: Sequence[Path] = ()) -> tuple[str, ...]:
+def declared_names(file: Path, arguments: Arguments, package_paths: Sequence[Path] = ()) -> tuple[str, ...]:
     """Names of the arguments that a `.xacro` and the files in it declare, given some of them. Raises ConfigError."""
     return _expand(Path(file), arguments, package_paths).declared
 
@@ -222,9 +224,7 @@ def arguments(file: Path) -> dict[str, str]:
     return found
 
 
-def _expand(
-    file: Path, arguments: Mapping[str, str], paths: Sequence[Path], libraries: Collection[str] = ()
-) -> Expanded:
+def _expand(file: Path, arguments: Arguments, paths: Sequence[Path], libraries: Collection[str] = ()) -> Expanded:
     """What a file expands to; a package that it names in another file, or by an expression, takes one more attempt."""
     if not file.is_file():
         raise file_error(file, "no such file")
@@ -290,7 +290,7 @@ def evaluate(file: str, texts: Sequence[tuple[str, Mapping[str, float]]]) -> tup
     return (*found, *[failed] * (len(texts) - len(found)))
 
 
-def evaluate_argument(expression: str, arguments: Mapping[str, str], find: Callable[[str], str], folder: Path) -> str:
+def evaluate_argument(expression: str, arguments: Arguments, find: Callable[[str], str], folder: Path) -> str:
     """Return what `$(eval ...)` of a launch file in a folder comes to; `find` gives folders of packages.
 
     Raises:
