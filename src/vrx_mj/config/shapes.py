@@ -43,11 +43,11 @@ def _three(value: object) -> object:
     return (value,) * 3 if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 
-def _is_mesh(file: str) -> bool:
-    return file.lower().endswith(MESH_SUFFIXES)
-
-
-_Mesh = Annotated[str, demand(_is_mesh, f"expected a mesh that ends in {_ENDS}, got {{}}"), loads(contained_file)]
+_Mesh = Annotated[
+    str,
+    demand(lambda file: file.lower().endswith(MESH_SUFFIXES), f"expected a mesh that ends in {_ENDS}, got {{}}"),
+    loads(contained_file),
+]
 
 
 class Shape(InFolder):

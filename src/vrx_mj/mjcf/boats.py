@@ -28,7 +28,7 @@ from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.config.tree import Section
 from vrx_mj.config.weather import WindageConfig
 from vrx_mj.constants import ANGLE_SUFFIX
-from vrx_mj.errors import CompileError, ConfigError, Problem, UnknownNameError
+from vrx_mj.errors import CompileError, ConfigError, UnknownNameError
 from vrx_mj.formats.urdf.model import Gazebo, Inertial, Joint, Urdf, UrdfThruster
 from vrx_mj.frames import IDENTITY, ZERO, Pose, Vector, apply, compose, facing, inverse, rotation
 from vrx_mj.rigid_bodies import MassProperties, combine, rigid, with_pose
@@ -103,7 +103,7 @@ def _steering_joints(
         steering = name + ANGLE_SUFFIX
         if steering in wanted:
             message = f"duplicate name '{steering}': a thruster, and the command that steers the thruster '{name}'"
-            raise ConfigError([Problem(urdf.label, None, None, "", message)])
+            raise ConfigError.of(urdf.label, message)
     return wanted
 
 
@@ -126,7 +126,7 @@ def urdf_name(urdf: Urdf, kind: str, name: str, path: str) -> str:
 
 def own_problem(urdf: Urdf, path: str, message: str) -> ConfigError:
     """A problem with the YAML beside a URDF, at a key of it; the reader of that file adds the line."""
-    return ConfigError([Problem(f"{YAML_OF} {urdf.file.name}", None, None, path, message)])
+    return ConfigError.of(f"{YAML_OF} {urdf.file.name}", message, key=path)
 
 
 def with_places(error: ConfigError, section: Section) -> ConfigError:

@@ -140,7 +140,8 @@ def scene_values(config: WorldConfig) -> dict[str, object]:
     light = _daylight(config)
     horizon = fog.color if fog else scene.background or (*light.horizon, 1.0)
     start, end = fog_range(fog) if fog else (_NO_FOG_DISTANCE, 2.0 * _NO_FOG_DISTANCE)
-    _warn(config.name, _not_drawn(scene))
+    if missing := _not_drawn(scene):
+        warn(f"world {config.name}: MuJoCo cannot draw {', '.join(missing)}", 3)
     return {
         "extent": _EXTENT,
         "ambient": [light.ambient * share for share in (scene.ambient or AMBIENT)[:3]],
@@ -193,11 +194,6 @@ def _not_drawn(scene: SceneConfig) -> list[str]:
     if isinstance(scene.sky, SkyConfig) and "clouds" in scene.sky.model_fields_set:
         missing.append("the sky's clouds")
     return missing
-
-
-def _warn(name: str, missing: list[str]) -> None:
-    if missing:
-        warn(f"world {name}: MuJoCo cannot draw {', '.join(missing)}", 4)
 
 
 def marker_rows(config: MarkersConfig, goals: Iterable[Sequence[float]]) -> tuple[Marker, ...]:

@@ -16,7 +16,7 @@ from typing import NamedTuple
 from vrx_mj.arguments import as_path, check_name
 from vrx_mj.config.search import ReadingError, read_limited
 from vrx_mj.errors import StateError, warn
-from vrx_mj.mjcf.pieces import Piece, Pieces
+from vrx_mj.mjcf.pieces import Pieces
 from vrx_mj.mjcf.saved import piece_files, read_world
 from vrx_mj.model.numbers import Number, numbers_of
 from vrx_mj.model.world import (
@@ -189,11 +189,6 @@ def _read_file(path: Path) -> bytes:
 def _scene(target: Path) -> Path:
     """The MJCF's path, from it or from its folder."""
     return target if target.suffix == ".xml" else target / "scene.xml"
-
-
-def make_world(mjcf: str, assets: Mapping[str, bytes], parameters: Parameters) -> World:
-    """The world of an MJCF that is one piece."""
-    return World(Pieces(Piece(mjcf, assets)), parameters)
 
 
 _SLEEP = r' (?:sleep|sleep_tolerance)="[^"]*"', "sleep: the balls of shooters fall from their places under the ground"

@@ -11,12 +11,13 @@ from pathlib import Path
 
 import pytest
 
+from trees import make_world
 from vrx_mj import Simulation
 from vrx_mj.errors import StateError, VrxWarning
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.pieces import Piece, Pieces
 from vrx_mj.mjcf.saved import ATTRIBUTES, contents_of
-from vrx_mj.mjcf.world import World, make_world, world_of
+from vrx_mj.mjcf.world import World, world_of
 from vrx_mj.model.world import joined_entries, json_entries, tree_of
 from vrx_mj.packages import root
 

@@ -24,7 +24,7 @@ from vrx_mj.config.search import (
     workspace_packages,
 )
 from vrx_mj.config.tree import File, Place, literal
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError
+from vrx_mj.errors import ConfigError, UnknownNameError, VrxError
 from vrx_mj.formats.gazebo.document import NEEDED, Element, Note, Report, faults_at, is_file, parse_ahead, read_document
 from vrx_mj.formats.series.pieces import Content
 from vrx_mj.formats.urdf.xml_document import read_bytes
@@ -184,7 +184,7 @@ def _named_model(file: Path, name: str) -> Source:
         held = _held[file.absolute()]
     if name not in held[2]:
         known = [name for name in held[2] if name]
-        raise ConfigError([Problem(display(file), 1, None, "", str(UnknownNameError("model", name, known)))])
+        raise ConfigError.of(display(file), str(UnknownNameError("model", name, known)), line=1)
     found = held[2][name]
     return _included_model(found, file.parent) if found.tag == "include" else Source(found, held[3], file)
 

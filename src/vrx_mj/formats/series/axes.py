@@ -127,7 +127,7 @@ def read_series(path: Path) -> Series:
     if series.count > MOST_WORLDS:
         counts = " x ".join(literal(axis.steps) for axis in series.axes)
         message = f"{counts} steps make {literal(series.count)} worlds; at most {MOST_WORLDS} are allowed"
-        raise ConfigError([Problem(file.name, 1, None, "", message)])
+        raise ConfigError.of(file.name, message, line=1)
     if remarks := [*_remarks(series, repeats)]:
         warn(f"{file.name}: {'; '.join(remarks)}", 2)
     return series
