@@ -35,6 +35,10 @@ _HEADER = re.compile(r"(<mujoco [^<>]*>\s*<!-- [^\n]*compiled by vrx_mj)\.\n.*?-
 """First comment of a saved MJCF."""
 _ABOUT = re.compile(r'\s*<text name="vrx_mj/about"[^<>]*/>')
 """Text element that names the program."""
+_SLEEP = r' (?:sleep|sleep_tolerance)="[^"]*"', "sleep: the balls of shooters fall from their places under the ground"
+"""A part of our MJCF: a regular expression of its text, and what is different without it, as the header says it."""
+_AUTORESET = r' autoreset="[^"]*"', "autoreset: a run that diverges may start again"
+_TOUCHES = r'\s*<contact name="[^"]*"[^<>]*/>', "contact sensors: what the boat of a task touches"
 
 
 @dataclass(frozen=True, repr=False)
@@ -189,12 +193,6 @@ def _read_file(path: Path) -> bytes:
 def _scene(target: Path) -> Path:
     """The MJCF's path, from it or from its folder."""
     return target if target.suffix == ".xml" else target / "scene.xml"
-
-
-_SLEEP = r' (?:sleep|sleep_tolerance)="[^"]*"', "sleep: the balls of shooters fall from their places under the ground"
-"""A part of our MJCF: a regular expression of its text, and what is different without it, as the header says it."""
-_AUTORESET = r' autoreset="[^"]*"', "autoreset: a run that diverges may start again"
-_TOUCHES = r'\s*<contact name="[^"]*"[^<>]*/>', "contact sensors: what the boat of a task touches"
 
 
 class Simulator(NamedTuple):
