@@ -1,4 +1,4 @@
-"""Parameters of compiled worlds from trees: whole ones, and some of which a test gives only what it looks at."""
+"""Compiled worlds from texts and trees: whole ones, and parameters of which a test gives only what it looks at."""
 
 import json
 from collections.abc import Mapping
@@ -7,9 +7,16 @@ from functools import cache
 from types import NoneType, UnionType
 from typing import Union, get_args, get_origin, get_type_hints
 
+from vrx_mj.mjcf.pieces import Piece, Pieces
+from vrx_mj.mjcf.world import World
 from vrx_mj.model.world import Parameters, parameters_of
 
 hints_of = cache(get_type_hints)
+
+
+def make_world(mjcf, assets, parameters):
+    """The world of an MJCF that is one piece."""
+    return World(Pieces(Piece(mjcf, assets)), parameters)
 
 
 def typed(tree):

@@ -77,6 +77,11 @@ class VrxWarning(UserWarning):
         super().__init__(*_cut_arguments(arguments))
 
 
+def warn(text: str, stacklevel: int = 1) -> None:
+    """Give a VrxWarning, `stacklevel` calls above the function that finds what is suspicious."""
+    warnings.warn(text, VrxWarning, stacklevel=stacklevel + 1)
+
+
 def ignore_warnings() -> AbstractContextManager[object]:
     """A context in which no VrxWarning is given."""
     return warnings.catch_warnings(action="ignore", category=VrxWarning)

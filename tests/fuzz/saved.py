@@ -22,7 +22,7 @@ from fuzz.kind import Files, Kind, write
 from fuzz.yaml_files import json_bytes
 from vrx_mj import Batch, Simulation, State, World, compile_world
 from vrx_mj.mjcf.pieces import Piece, Pieces
-from vrx_mj.model.world import json_of
+from vrx_mj.model.world import joined_entries, json_entries
 
 NAMES = (
     ("my_course", None),
@@ -56,7 +56,7 @@ def saved() -> tuple[dict[str, bytes], ...]:
     """The files of those worlds, in the former format, in which the MJCF is one piece."""
     return tuple(
         {
-            "scene.json": json_of(replace(world.parameters, format=3)).encode(),
+            "scene.json": joined_entries(json_entries(replace(world.parameters, format=3))).encode(),
             "scene.xml": world.mjcf.encode(),
             **{f"assets/{name}": content for name, content in world.assets.items()},
         }

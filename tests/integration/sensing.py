@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import vrx_mj
 from integration.sailing import boats, water
-from trees import typed
+from trees import make_world, typed
 from vrx_mj.config.sensors import (
     AnemometerConfig,
     BallShooterConfig,
@@ -19,7 +19,6 @@ from vrx_mj.config.sensors import (
 )
 from vrx_mj.frames import rotation
 from vrx_mj.mjcf.objects import BALL, ball_name, parked_balls
-from vrx_mj.mjcf.world import make_world
 from vrx_mj.model.world import tree_of
 
 SYDNEY = {"latitude": -33.724223, "longitude": 150.679736}

@@ -18,8 +18,9 @@ from vrx_mj.outputs import atomic_write, write_file, writing
 
 if TYPE_CHECKING:
     from vrx_mj.arrays import FloatArray
-    from vrx_mj.formats.parts.compliance import PartVerdict, Point, Rules, Verdict
+    from vrx_mj.formats.parts.compliance import PartVerdict, Rules, Verdict
     from vrx_mj.formats.parts.read import Parameter, PartType
+    from vrx_mj.frames import Vector
     from vrx_mj.mjcf.flotation import HullSheet
 
 app = Typer(rich_markup_mode=None)
@@ -388,5 +389,5 @@ def _limits(part: "PartType", book: "Rules") -> Iterator[str]:
         yield f"  in {box.name}: {ranges} m; {room}"
 
 
-def _point(point: "Point") -> str:
+def _point(point: "Vector") -> str:
     return " ".join(f"{x + 0.0:.10g}" for x in point)

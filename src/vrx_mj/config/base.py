@@ -19,6 +19,7 @@ from vrx_mj.config.values import NumberOf
 
 Fault = tuple[tuple[str | int, ...], str | PydanticCustomError]
 """A mistake inside the value at hand: its path from here, and the message or the error."""
+Faults = Iterator[Fault]
 
 
 def faults(*found: Fault) -> ValidationError:
@@ -32,7 +33,7 @@ def faults(*found: Fault) -> ValidationError:
 
 def column_faults(
     key: str, values: Sequence[float], what: str, unit: str = "", ends: tuple[float, float] | None = None
-) -> Iterator[Fault]:
+) -> Faults:
     """Rows of a table whose number is not above that of the row before, and a table of rows with other `ends`.
 
     `what` the number is, as "an angle".
@@ -45,7 +46,7 @@ def column_faults(
         yield (key,), f"{plural} from {first:g} to {last:g} are needed, got {values[0]:g} to {values[-1]:g}"
 
 
-def exclusive(thing: "Config", *keys: str, required: bool = False) -> Iterator[Fault]:
+def exclusive(thing: "Config", *keys: str, required: bool = False) -> Faults:
     """Keys of which at most one is to be given, or with `required` exactly one, as faults where that is not so."""
     given = [key for key in keys if getattr(thing, key) not in {None, ()}]
     if len(given) > 1:

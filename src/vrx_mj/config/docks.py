@@ -16,7 +16,7 @@ from typing import Annotated, Literal, NamedTuple, get_args
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
-from vrx_mj.config.base import Config, Fault, InFolder, Only, duplicate_names, faults
+from vrx_mj.config.base import Config, Fault, Faults, InFolder, Only, duplicate_names, faults
 from vrx_mj.config.loading import loads, referenced_file
 from vrx_mj.config.search import display
 from vrx_mj.config.shapes import Size
@@ -36,7 +36,7 @@ from vrx_mj.config.values import (
 )
 from vrx_mj.config.yaml_text import find_lookalikes, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxError
-from vrx_mj.frames import apply, rotation
+from vrx_mj.frames import IDENTITY, Vector, apply, rotation
 from vrx_mj.model.things import Mooring
 
 Cell = tuple[int, int]
@@ -107,7 +107,7 @@ class LightConfig(Config):
 _Board = Literal["placard", "placard_2022"]
 """Objects that placards are made of."""
 
-_Hole = tuple[Literal["big", "small"], float, tuple[float, float, float]]
+_Hole = tuple[Literal["big", "small"], float, Vector]
 _HOLES: tuple[_Hole, ...] = (("big", -0.6, (0.5, 0.5, 0.5)), ("small", 0.6, (0.25, 0.5, 0.25)))
 """Holes of a `placard_2022`: size, x in its frame and the box that detects a ball [m]; VRX: scan_dock_deliver.xacro."""
 
@@ -321,7 +321,7 @@ class Placed(InFolder):
 
     name: Name
     """Name, unique in the world."""
-    pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    pose: Pose = IDENTITY
     """Pose in the world, or in the object of which this is a part [m, rad]."""
 
 
@@ -386,7 +386,7 @@ class DockPlacement(Placed):
         """Row and column of every block, counted from 0."""
         return load_dock(self.layout, self.folder)
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         with contextlib.suppress(VrxError):  # what is wrong with the drawing is reported with it
             yield from _berth_faults(self)
 
@@ -426,7 +426,7 @@ def berths(dock: DockPlacement) -> Berths:
     return Berths(tuple(bays), tuple(placards.values()), dock.holes if dock.holes is not None else tuple(holes))
 
 
-def _berth_faults(dock: DockPlacement) -> Iterator[Fault]:
+def _berth_faults(dock: DockPlacement) -> Faults:
     """Mistakes in a dock, as (path from the dock, message)."""
     found = find_bays(dock.cells)
     yield from list(_bay_faults(dock, len(found))) or _placard_faults(dock, found)
@@ -456,7 +456,7 @@ def _placards(dock: DockPlacement, found: Sequence[Bay]) -> dict[int, PlacardCon
     }
 
 
-def _bay_faults(dock: DockPlacement, found: int) -> Iterator[Fault]:
+def _bay_faults(dock: DockPlacement, found: int) -> Faults:
     has = f"the drawing has {found} bay{'s' * (found != 1)}"
     bays = list(enumerate(dock.bays or ()))
     for index, bay in bays[found:]:
@@ -467,7 +467,7 @@ def _bay_faults(dock: DockPlacement, found: int) -> Iterator[Fault]:
     yield from duplicate_names(bays=(bay.model_copy(update={"name": bay.name or f"bay{i + 1}"}) for i, bay in bays))
 
 
-def _placard_faults(dock: DockPlacement, found: Sequence[Bay]) -> Iterator[Fault]:
+def _placard_faults(dock: DockPlacement, found: Sequence[Bay]) -> Faults:
     count = len(_placards(dock, found))
     if len(dock.symbols) > count:
         yield ("symbols",), f"{len(dock.symbols)} symbols; this dock has {count} placard{'s' * (count != 1)}"

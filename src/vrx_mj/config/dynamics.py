@@ -7,7 +7,6 @@ with the water: real and imaginary part of F in Re(F e^(i (k x - omega t))), per
 
 import itertools
 import json
-from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal, Self
@@ -15,7 +14,7 @@ from typing import Annotated, ClassVar, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
-from vrx_mj.config.base import Config, Fault, InFolder, Only, column_faults, exclusive, faults
+from vrx_mj.config.base import Config, Fault, Faults, InFolder, Only, column_faults, exclusive, faults
 from vrx_mj.config.loading import fault_text, loads
 from vrx_mj.config.search import ReadingError, contained_file, read_limited
 from vrx_mj.config.shapes import Shape
@@ -111,7 +110,7 @@ class Hydro(BaseModel):
             raise faults(*found)
         return self
 
-    def _size_faults(self) -> Iterator[Fault]:
+    def _size_faults(self) -> Faults:
         n, angles = len(self.frequencies), {len(row) for row in self.diffraction}
         for key, count in {"added_mass": n, "damping": n, "residues": len(self.poles)}.items():
             if (got := len(getattr(self, key))) != count:
@@ -132,7 +131,7 @@ class Hydro(BaseModel):
         """Rising angular frequencies of diffraction and drift [rad/s]."""
         return self.wave_frequencies or self.frequencies
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         """Frequencies rise, the added mass is symmetric, and memories fade."""
         for key in ("frequencies", "wave_frequencies"):
             yield from column_faults(key, getattr(self, key), "a frequency", " rad/s")
@@ -296,7 +295,7 @@ class PropellerConfig(Config):
             found.append((("thrust",), "a thrust other than 0 is needed: all are 0 N"))
         return [*found, *exclusive(self, "vanishing_speed", "four_quadrant"), *self._quadrant_faults()]
 
-    def _quadrant_faults(self) -> Iterator[Fault]:
+    def _quadrant_faults(self) -> Faults:
         """Rows go all around without gaps, and at rest a propeller pushes as it turns and takes torque."""
         angles = [angle for angle, _, _ in self.four_quadrant]
         if found := list(column_faults("four_quadrant", angles, "an angle", ends=(-180.0, 180.0))):
@@ -388,7 +387,7 @@ class CrossFlowConfig(Config):
     height: Coordinate | None = None
     """z at which the drag acts [m]; by default half the mean draft below the water at rest."""
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         if self.bow <= self.stern:
             yield ("bow",), f"expected a bow ahead of the stern, at {self.stern:g}, got {self.bow:g}"
 
@@ -449,13 +448,13 @@ class MarineHullConfig(InFolder):
     """Whether waves act with the diffraction of `hydro`. Otherwise they act through added mass and memory with the
     water's motion at the centre of buoyancy, which is accurate for waves that are long compared with the hull."""
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         if self.hydro and self.added_mass:
             yield ("added_mass",), "not used with hydro, which includes it; remove it"
         if self.resistance:
             yield from self._resistance_faults()
 
-    def _resistance_faults(self) -> Iterator[Fault]:
+    def _resistance_faults(self) -> Faults:
         """Resistance begins at rest, does not fall, and is the only one in surge."""
         yield from column_faults("resistance", [speed for speed, _ in self.resistance], "a speed", " m/s")
         if len(self.resistance) < 2 or self.resistance[0] != (0.0, 0.0):

@@ -5,7 +5,6 @@ Reading checks names that clash, a square that is full, bearings, and a fleet fa
 
 import math
 import re
-import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -15,7 +14,7 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 from pydantic import Field, Tag
 
-from vrx_mj.config.base import Config, Fault, Folder, FromFile, InFolder
+from vrx_mj.config.base import Config, Fault, Faults, Folder, FromFile, InFolder
 from vrx_mj.config.kinds import CLASSIC, function_of
 from vrx_mj.config.layouts import HEIGHT, Headings, Layout, headings, roomy_square, spots, yaw_of
 from vrx_mj.config.loading import Loading, Source, document, joining, loads, problem_at, validate
@@ -25,7 +24,8 @@ from vrx_mj.config.search import catalogue, contained_file, is_path
 from vrx_mj.config.tree import Loc
 from vrx_mj.config.values import MAX_COORDINATE, Cartesian, Color, Coordinate, Name, Number, Pose, by_type, demand
 from vrx_mj.config.world import FULL_TURN, Sensors, SpawnConfig, WorldConfig, check_thrusters, warn_of_degrees
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, warn
+from vrx_mj.frames import ZERO, Vector
 from vrx_mj.model.boats import AisClass
 
 _FUNCTION = re.compile(r"[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*")
@@ -209,15 +209,15 @@ class FleetConfig(Layout, _Built, FromFile):
             raise ConfigError(far)
         return [(_boat(self, world.spawn, slot), slot) for slot in found]
 
-    def frame(self, world: WorldConfig) -> tuple[float, float, float]:
+    def frame(self, world: WorldConfig) -> Vector:
         """x, y [m] and yaw [rad] in the world of the frame that positions are given in."""
         if isinstance(self.origin, tuple):
             return self.origin
         x, y, _, _, _, yaw = world.spawn.pose
-        return (x, y, yaw) if self.origin == "spawn" else (0.0, 0.0, 0.0)
+        return (x, y, yaw) if self.origin == "spawn" else ZERO
 
 
-def _pose_in_world(pose: Pose, frame: tuple[float, float, float]) -> Pose:
+def _pose_in_world(pose: Pose, frame: Vector) -> Pose:
     """A pose in the world from one in the frame, which is level: roll and pitch stay."""
     x, y, z, roll, pitch, yaw = pose
     x0, y0, turn = frame
@@ -337,7 +337,7 @@ def _slot_of(entry: BoatEntry, index: int, count: int) -> int | None:
     return index if index < count and (entry.name is None or entry.pose is None) else None
 
 
-def _count_faults(fleet: FleetConfig) -> Iterator[Fault]:
+def _count_faults(fleet: FleetConfig) -> Faults:
     given, key = fleet.usv_count, "positions" if fleet.positions else "boats"
     listed = len(getattr(fleet, key))
     counted = fleet.positions or (not fleet.layout and any(entry.pose for entry in fleet.boats))
@@ -347,7 +347,7 @@ def _count_faults(fleet: FleetConfig) -> Iterator[Fault]:
         yield ("usv_count",), f"required for layout {fleet.layout} without positions"
 
 
-def _entry_faults(fleet: FleetConfig) -> Iterator[Fault]:
+def _entry_faults(fleet: FleetConfig) -> Faults:
     count, taken = _count(fleet), set()
     for index, entry in enumerate(fleet.boats):
         slot = _slot_of(entry, index, count)
@@ -359,7 +359,7 @@ def _entry_faults(fleet: FleetConfig) -> Iterator[Fault]:
             taken.add(slot)
 
 
-def room_faults(fleet: FleetConfig, seed: int) -> Iterator[Fault]:
+def room_faults(fleet: FleetConfig, seed: int) -> Faults:
     """A random layout whose square is full before all its boats have a place."""
     count = _count(fleet)
     done = len(spots(fleet, count, seed))
@@ -391,7 +391,7 @@ def load_fleet(source: Source | None, world: WorldConfig) -> FleetConfig:
     return fleet
 
 
-def _name_faults(boats: Sequence[tuple[BoatConfig, Slot]], world: WorldConfig) -> Iterator[Fault]:
+def _name_faults(boats: Sequence[tuple[BoatConfig, Slot]], world: WorldConfig) -> Faults:
     taken = {thing.name: f"an object of world {world.name}" for thing in world.placements}
     for boat, slot in boats:
         if boat.name in taken:
@@ -437,7 +437,7 @@ def _warn_of_bearings(fleet: FleetConfig) -> None:
     if len(places) > 1 and _all_outward(places, "compass") and not _all_outward(places, "math"):
         text = f"fleet {fleet.name}: its headings point outward as compass bearings only, but are read as degrees"
         advice = "write `headings: compass` for bearings, or `headings: math` to keep this"
-        warnings.warn(f"{text} counter-clockwise from x; {advice}", VrxWarning, stacklevel=3)
+        warn(f"{text} counter-clockwise from x; {advice}", 3)
 
 
 def _warn_of_radians(fleet: FleetConfig) -> None:
@@ -449,7 +449,7 @@ def _warn_of_radians(fleet: FleetConfig) -> None:
         key, angle = said[0]
         text = f"fleet {fleet.name}: {key} {angle:g} is read as degrees, unlike the radians of poses"
         advice = f"write {math.degrees(angle):.6g} for {angle:g} rad, or `headings: math` to keep this"
-        warnings.warn(f"{text}; {advice}", VrxWarning, stacklevel=3)
+        warn(f"{text}; {advice}", 3)
 
 
 def _all_outward(positions: Sequence[FleetPosition], headings: Headings) -> bool:

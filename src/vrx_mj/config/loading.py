@@ -167,7 +167,7 @@ def file_of(kind: str, source: object) -> Path:
     """The file of a name or path that the user gave: paths start in the current folder."""
     if not isinstance(source, str | Path):
         said = f"expected a name, a path or a mapping, got {literal(source)}"
-        raise ConfigError([Problem(f"<{KINDS[kind]}>", None, None, "", said)])
+        raise ConfigError.of(f"<{KINDS[kind]}>", said)
     if not is_path(source):
         return find(kind, str(source))
     return of_format(kind, str(source), path_of(kind, source), Path.cwd())

@@ -11,7 +11,7 @@ from typing import ClassVar, NamedTuple
 
 from pydantic import Field
 
-from vrx_mj.config.base import Config, Fault, InFolder, column_faults
+from vrx_mj.config.base import Config, Faults, InFolder, column_faults
 from vrx_mj.config.dynamics import Row
 from vrx_mj.config.kinds import wrong_kind
 from vrx_mj.config.loading import Loading, read_file, validate
@@ -76,7 +76,7 @@ class MeasuredCaseConfig(InFolder):
     signals: dict[str, SignalConfig] = Field(min_length=1, max_length=100)
     """Columns of the measurements by their names, each with its band."""
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         for name, signal in self.signals.items():
             if (signal.of or name) not in SIGNALS:
                 yield ("signals", name, "of"), choice(signal.of or name, tuple(SIGNALS))

@@ -2,8 +2,7 @@
 
 import contextlib
 import math
-import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property, lru_cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator
 from pydantic_core.core_schema import ValidationInfo
 
-from vrx_mj.config.base import Config, Fault, InFolder, Only, duplicate_names, exclusive
+from vrx_mj.config.base import Config, Fault, Faults, InFolder, Only, duplicate_names, exclusive
 from vrx_mj.config.docks import DockPlacement, LightConfig, Placed, Symbol, berths
 from vrx_mj.config.loading import Loading, document, loads, referenced_file, validate
 from vrx_mj.config.search import display, kind_name
@@ -33,8 +32,8 @@ from vrx_mj.config.values import (
     numbers,
     rising,
 )
-from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
-from vrx_mj.frames import apply, rotation
+from vrx_mj.errors import UnknownNameError, VrxError, warn
+from vrx_mj.frames import IDENTITY, ZERO, Vector, apply, rotation
 from vrx_mj.model.kinds import Seed
 from vrx_mj.model.things import Float, Follower, Rope
 from vrx_mj.packages import root
@@ -58,7 +57,7 @@ _MAX_COUNT = 1000
 """Largest number of objects of a kind in a field."""
 
 
-def _parallel(one: tuple[float, float, float], other: tuple[float, float, float]) -> bool:
+def _parallel(one: Vector, other: Vector) -> bool:
     """Whether two directions are within half a degree of each other, or of their opposites."""
     a, b = ([value / math.hypot(*axis) for value in axis] for axis in (one, other))
     return abs(sum(x * y for x, y in zip(a, b, strict=True))) > math.cos(math.radians(0.5))
@@ -92,7 +91,7 @@ class JointConfig(Config):
     """Link that carries the joint."""
     child: Name
     """Link that moves."""
-    pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    pose: Pose = IDENTITY
     """Pose of the joint in the frame of the child link [m, rad]."""
     axis: AxisConfig = Field(default_factory=AxisConfig)
     """The axis. For a universal joint it is the first axis, which is fixed to the parent. For a ball joint only the
@@ -105,7 +104,7 @@ class JointConfig(Config):
         """The axes, from the parent outward; none of a ball."""
         return tuple(axis for axis in (self.axis, self.axis2) if axis)[: _AXES[self.type]]
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         if self.axis2 is not None and _parallel(self.axis.xyz, self.axis2.xyz):
             yield ("axis2", "xyz"), "must not be parallel to the first axis: a universal joint turns about two"
         if self.type == "continuous" and self.axis.limits is not None:
@@ -120,10 +119,10 @@ class LinkConfig(InFolder):
 
     name: Name
     """Name of the link."""
-    pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    pose: Pose = IDENTITY
     """Pose in the object's frame [m, rad] when its joint is at 0."""
     mass: Annotated[float, NumberOf(Float, "mass")]
-    center_of_mass: Vec3 = (0.0, 0.0, 0.0)
+    center_of_mass: Vec3 = ZERO
     """Centre of mass in the link's frame [m]."""
     inertia: Inertia
     """Ixx, Iyy, Izz, optionally followed by Ixy, Ixz, Iyz, about the centre of mass, along the link's axes [kg m2]."""
@@ -140,7 +139,7 @@ def tree_faults(root: str, links: Sequence[str], joints: Sequence[_Ends]) -> lis
     return list(_end_faults(root, links, joints)) or list(_loose(root, links, joints))
 
 
-def _end_faults(root: str, links: Sequence[str], joints: Sequence[_Ends]) -> Iterator[Fault]:
+def _end_faults(root: str, links: Sequence[str], joints: Sequence[_Ends]) -> Faults:
     known, holders = [root, *links], dict[str, str]()
     if root in links:
         yield ("links", links.index(root), "name"), f"duplicate name '{root}'"
@@ -157,7 +156,7 @@ def _end_faults(root: str, links: Sequence[str], joints: Sequence[_Ends]) -> Ite
         holders.setdefault(child, joint)
 
 
-def _loose(root: str, links: Sequence[str], joints: Sequence[_Ends]) -> Iterator[Fault]:
+def _loose(root: str, links: Sequence[str], joints: Sequence[_Ends]) -> Faults:
     """Links without a joint, and links that hang on each other in a circle."""
     above = {child: [parent] for _, parent, child in joints}
     for index, name in enumerate(links):
@@ -220,7 +219,7 @@ class PathConfig(Config):
     """Whether it swims only while its waypoint is within `bearing_tolerance` of its bow; by default only in profile
     vrx3."""
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         yield from exclusive(self, "waypoints", "circle", "line", required=True)
         count = len(self.waypoints) if self.waypoints else _POINTS if self.circle else 2
         if self.start >= count:
@@ -285,7 +284,7 @@ class Placement(Placed):
             whole.check(lambda: _count(referenced_file("objects", value, folder), whole))
         return value
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         if self.path or self.symbols or self.mooring:
             with contextlib.suppress(VrxError):  # what is wrong with the model is reported with it
                 yield from _misfits(self, self.config)
@@ -301,7 +300,7 @@ class ObjectConfig(InFolder):
     link: Name = "link"
     """Name of its link, as ROS and VRX's files know it."""
     mass: Annotated[float | None, NumberOf(Float, "mass"), _Afloat] = None
-    center_of_mass: Annotated[Vec3, _Afloat] = (0.0, 0.0, 0.0)
+    center_of_mass: Annotated[Vec3, _Afloat] = ZERO
     """Centre of mass in the link's frame [m]."""
     inertia: Annotated[Inertia | None, _Afloat] = None
     """Ixx, Iyy, Izz, optionally followed by Ixy, Ixz, Iyz, about the centre of mass, along the link's axes [kg m2]."""
@@ -380,7 +379,7 @@ def _packaged_object(file: Path) -> ObjectConfig | None:
     return None if found.objects else found
 
 
-def _misfits(item: Placement, model: ObjectConfig) -> Iterator[Fault]:
+def _misfits(item: Placement, model: ObjectConfig) -> Faults:
     """A path, symbols or a rope that an object model has no use for."""
     if item.path and model.kind != "floating":
         yield ("path",), f"'{item.model}' does not float, so it cannot follow a path"
@@ -424,7 +423,7 @@ def _warn_if_it_sinks(thing: ObjectConfig, file: Path) -> None:
     displaced = sum(part.fluid_density * sum(element.volume for element in part.elements) for part in wet)
     if (mass := thing.whole_mass) > displaced:
         text = f"{display(file)}: sinks: mass {mass:g} kg; its buoyancy displaces at most {displaced:g} kg"
-        warnings.warn(text, VrxWarning, stacklevel=2)
+        warn(text, 2)
 
 
 def _must_be_single(model: str, near: Path | None) -> None:

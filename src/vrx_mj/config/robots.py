@@ -4,14 +4,14 @@ A robot with a name is a folder with `robot.yaml`; a path leads to such a file, 
 whose YAML, if it has one, is called as itself: `my_boat.yaml` goes with `my_boat.urdf.xacro`.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field
 
-from vrx_mj.config.base import Config, Fault, Folder, InFolder, Only, column_faults, faults
+from vrx_mj.config.base import Config, Faults, Folder, InFolder, Only, column_faults, faults
 from vrx_mj.config.dynamics import (
     ContactConfig,
     HydrodynamicsConfig,
@@ -28,6 +28,7 @@ from vrx_mj.config.tree import File, Section, literal, merge, of_python
 from vrx_mj.config.values import Name, NonNegative, Number, NumberOf, Positive, Switch, Vec3, demand, numbers
 from vrx_mj.config.weather import WindageConfig
 from vrx_mj.errors import UnknownNameError, VrxError
+from vrx_mj.frames import ZERO
 from vrx_mj.model.boats import Battery, Hull, Thruster
 from vrx_mj.model.kinds import Share
 from vrx_mj.packages import root
@@ -78,7 +79,7 @@ class RudderEntry(Config):
     """Area of the blade [m2]."""
     aspect_ratio: Positive
     """Span over mean chord."""
-    center: Vec3 = (0.0, 0.0, 0.0)
+    center: Vec3 = ZERO
     """Centre of pressure in the frame of the joint's child link, or of the base link [m]."""
     propeller: Name | None = None
     """Thruster whose race it is in."""
@@ -97,7 +98,7 @@ class SailEntry(Config):
     """Joint of the boom, with its axis up. At angle 0 the sail runs aft from it, along -x of its child link."""
     area: Annotated[Positive, NumberOf(Thruster, "area")]
     """Area of the sail [m2]."""
-    center: Vec3 = (0.0, 0.0, 0.0)
+    center: Vec3 = ZERO
     """Centre of effort in the frame of the joint's child link [m]."""
     aspect_ratio: Positive = 4.0
     """Aspect ratio, the square of the height over the area. The coefficients follow from it unless they are given."""
@@ -111,7 +112,7 @@ class SailEntry(Config):
     servo: ServoConfig = ServoConfig(kp=3000.0, kd=200.0, effort=1000.0, velocity=1.0)
     """Servo that holds the boom."""
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         return column_faults("coefficients", [row[0] for row in self.coefficients], "an angle", ends=(0.0, 180.0))
 
 
@@ -136,7 +137,7 @@ class ChannelEntry(Config):
     dead_band: Annotated[Number, Field(ge=0, le=500)] = 0.0
     """Largest difference from the trim that still gives a zero command [us]."""
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         short, long = self.span or (1000.0, 1000.0)
         if short * long <= 0.0 or min(abs(short), abs(long)) <= self.dead_band:
             text = f"both must be above the dead band, {self.dead_band:g}, or both below -{self.dead_band:g}"
@@ -155,7 +156,7 @@ class BatteryEntry(Config):
     voltage: Annotated[tuple[_VoltagePoint, ...], NumberOf(Battery, "voltage"), Field(min_length=2, max_length=100)]
     resistance: Annotated[float, NumberOf(Battery, "resistance")] = 0.0
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         return column_faults("voltage", [share for share, _ in self.voltage], "a share", ends=(0.0, 1.0))
 
 
@@ -266,7 +267,7 @@ class RobotConfig(InFolder):
     profiles: Profiles = Profiles()
     """Differences in worlds of other profiles."""
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         for kind, blades in (("rudder", self.rudders), ("sail", self.sails)):
             for name in blades:
                 if name in self.thrusters:

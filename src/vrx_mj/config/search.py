@@ -247,7 +247,7 @@ def package_name(folder: Path) -> str | None:
     return found[1] if found else None
 
 
-def _listed_in(variable: str) -> tuple[Path, ...]:
+def listed_in(variable: str) -> tuple[Path, ...]:
     """The folders that an environment variable lists."""
     return tuple(Path(entry) for entry in os.environ.get(variable, "").split(os.pathsep) if entry)
 
@@ -278,8 +278,8 @@ def _crawl(entry: Path, depth: int, left: list[int]) -> Iterator[Path]:
 
 def package_paths() -> tuple[Path, ...]:
     """Folders in which a robot's files look for packages, besides their own: VRX_MJ_PACKAGE_PATH's, then ROS's."""
-    shared = (path / "share" for path in _listed_in(_NEWER) if path.is_absolute())
-    return (*_listed_in(PACKAGE_PATH), *_package_folders(_listed_in(_CLASSIC)), *filter(Path.is_dir, shared))
+    shared = (path / "share" for path in listed_in(_NEWER) if path.is_absolute())
+    return (*listed_in(PACKAGE_PATH), *_package_folders(listed_in(_CLASSIC)), *filter(Path.is_dir, shared))
 
 
 def kind_name(model: str) -> str:
@@ -366,7 +366,7 @@ def leaves_folder(text: str) -> VrxError:
 
 def allowed_folders() -> tuple[Path, ...]:
     """The folders of VRX_MJ_PATH."""
-    return _listed_in(OWN_PATH)
+    return listed_in(OWN_PATH)
 
 
 def is_inside(path: Path, *folders: Path) -> bool:

@@ -2,13 +2,13 @@
 
 import math
 import operator
-from collections.abc import Iterator
 from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vrx_mj.config.base import Config, Fault
+from vrx_mj.config.base import Config, Faults
 from vrx_mj.config.values import Name, NonNegative, Number, Pose, Positive, Switch, Vec3, numbers, rising
+from vrx_mj.frames import IDENTITY, ZERO
 
 _Rate = Annotated[float, Field(gt=0, le=10_000)]
 _RAYS = 1_000_000
@@ -20,13 +20,13 @@ _Range = Annotated[tuple[NonNegative, Number], numbers("nearest farthest"), risi
 class ErrorModel(Config):
     """Hector's model of a measurement's error, along three axes: offset + drift + white noise."""
 
-    offset: Vec3 = (0.0, 0.0, 0.0)
+    offset: Vec3 = ZERO
     """Constant error, in the unit of the measurement."""
-    drift: _Spread = (0.0, 0.0, 0.0)
+    drift: _Spread = ZERO
     """Standard deviation of the slow drift, a Gauss-Markov process, in the unit of the measurement."""
     drift_frequency: _Spread = (0.00027, 0.00027, 0.00027)
     """Reciprocal of the drift's time constant [1/s]."""
-    noise: _Spread = (0.0, 0.0, 0.0)
+    noise: _Spread = ZERO
     """Standard deviation of the white noise, in the unit of the measurement."""
 
 
@@ -39,7 +39,7 @@ class _Sensor(Config):
     """Link that carries it, without the boat's namespace."""
     frame: str = ""
     """Frame of its readings, without the boat's namespace; by default the link."""
-    pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    pose: Pose = IDENTITY
     """Pose of the measuring frame (x forward, y left, z up) in the boat's `base_link` [m, rad]."""
     topic: str = ""
     """ROS topic or stem of topics, without the boat's namespace."""
@@ -74,7 +74,7 @@ class CameraConfig(_Sensor):
     labels: Annotated[Switch, Field(exclude_if=operator.not_)] = False
     """Whether its images come with the names, boxes and masks of the objects they show."""
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         if self.near >= self.far:
             yield (), f"invalid near {self.near:g} m and far {self.far:g} m: near must be below far"
 
@@ -105,7 +105,7 @@ class LidarConfig(_Sensor):
     sea_returns: Switch = False
     """Whether water reflects; in VRX it does not."""
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         if max(abs(angle) for angle in self.azimuth) > 2.0 * math.pi:
             yield (), f"invalid azimuth {list(self.azimuth)} rad: at most a full turn, 2 pi, either way"
         if max(abs(angle) for angle in self.elevation) > 1.571:
@@ -170,7 +170,7 @@ class PingerConfig(_Sensor):
     """Standard deviation of the bearing [rad]."""
     elevation_noise: NonNegative = 0.01
     """Standard deviation of the elevation [rad]."""
-    beacon: Annotated[Vec3, Field(exclude_if=lambda place: not any(place))] = (0.0, 0.0, 0.0)
+    beacon: Annotated[Vec3, Field(exclude_if=lambda place: not any(place))] = ZERO
     """Initial position of the beacon in the world [m]."""
 
 

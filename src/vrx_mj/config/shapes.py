@@ -20,7 +20,7 @@ from vrx_mj.config.search import contained_file
 from vrx_mj.config.tree import one_of
 from vrx_mj.config.values import Color, Name, NotEmpty, Number, NumberOf, Pose, Positive, demand, numbers
 from vrx_mj.constants import WATER_DENSITY
-from vrx_mj.frames import rotation
+from vrx_mj.frames import IDENTITY, rotation
 from vrx_mj.model.things import Float
 
 MESH_SUFFIXES = (".obj", ".stl", ".dae", ".ply", ".glb")
@@ -43,11 +43,11 @@ def _three(value: object) -> object:
     return (value,) * 3 if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 
-def _is_mesh(file: str) -> bool:
-    return file.lower().endswith(MESH_SUFFIXES)
-
-
-_Mesh = Annotated[str, demand(_is_mesh, f"expected a mesh that ends in {_ENDS}, got {{}}"), loads(contained_file)]
+_Mesh = Annotated[
+    str,
+    demand(lambda file: file.lower().endswith(MESH_SUFFIXES), f"expected a mesh that ends in {_ENDS}, got {{}}"),
+    loads(contained_file),
+]
 
 
 class Shape(InFolder):
@@ -67,7 +67,7 @@ class Shape(InFolder):
     """A mesh (.obj, .stl, .dae, .ply or .glb), relative to the folder of the file that names it."""
     scale: Annotated[_Scale, BeforeValidator(_three), Only("type", ("mesh",))] = (1.0, 1.0, 1.0)
     """Scale of a mesh along x, y and z. A negative factor mirrors it. A file may give one number for all three."""
-    pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    pose: Pose = IDENTITY
     """Pose in the link's frame [m, rad]."""
 
 
@@ -90,7 +90,7 @@ class BuoyancyElement(Shape):
         if self.type == "box":
             return math.prod(self.size or ())
         radius, length = self.radius or 0.0, self.length or 0.0
-        return 4 / 3 * math.pi * radius**3 if self.type == "sphere" else math.pi * radius**2 * length
+        return 4 / 3 * math.pi * radius**3 if self.type == "sphere" else math.pi * radius * radius * length
 
 
 class BuoyancyConfig(Config):

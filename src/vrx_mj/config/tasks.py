@@ -1,11 +1,11 @@
 """Tasks: what a world asks of a boat and how it is scored, with VRX's values where a file gives none."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal, get_args
 
 from pydantic import Field, model_validator
 
-from vrx_mj.config.base import Config, Fault, exclusive
+from vrx_mj.config.base import Config, Faults, exclusive
 from vrx_mj.config.docks import Colors, Symbol
 from vrx_mj.config.values import (
     Cartesian,
@@ -128,7 +128,7 @@ class GoalConfig(Config):
     goal_cart: Cartesian | None = None
     """Pose to hold as x, y [m] and yaw [rad, from x] in the world frame."""
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         return exclusive(self, "goal", "goal_cart", required=True)
 
 
@@ -149,7 +149,7 @@ class WayfindingTask(TaskConfig):
     waypoints_cart: Annotated[tuple[Cartesian, ...], NotEmpty] | None = None
     """Poses to visit as x, y [m] and yaw [rad, from x] in the world frame."""
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         return exclusive(self, "waypoints", "waypoints_cart", required=True)
 
 

@@ -1,14 +1,14 @@
 """Sea, wind and current of a world's file, and what a boat shows to the wind."""
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
-from vrx_mj.config.base import Config, Fault, InFolder, Only, column_faults, exclusive
+from vrx_mj.config.base import Config, Fault, Faults, InFolder, Only, column_faults, exclusive
 from vrx_mj.config.loading import loads
 from vrx_mj.config.search import contained_file
 from vrx_mj.config.tree import Section, literal
@@ -34,6 +34,7 @@ from vrx_mj.spectra import (
 _M2 = 44714.16
 """Period of the principal lunar tide [s]: 12 h 25 min 14 s."""
 _SPECTRA = tuple(SPECTRA)
+_PEAKED = tuple(name for name, kind in SPECTRA.items() if "gamma" in kind.keys)
 _REGULAR = tuple(REGULAR)
 GRAVITY = 9.81
 """For the height at which waves break [m/s2]; a world's own is within 1 %."""
@@ -118,7 +119,7 @@ class WindConfig(Config):
     """Objects on which the wind acts, in addition to boats whose robot has its own coefficients; by default only these
     boats. With `[]` the wind acts on nothing."""
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         yield from exclusive(self, "exponent", "roughness")
         if self.roughness is not None and self.roughness >= self.height:
             yield ("roughness",), f"a roughness below `height`, {self.height:g} m, is needed, got {self.roughness:g} m"
@@ -245,10 +246,6 @@ _Direction = Annotated[
 ]
 
 
-def _spectra_with(key: str) -> tuple[str, ...]:
-    return tuple(name for name, kind in SPECTRA.items() if key in kind.keys)
-
-
 class SeaConfig(InFolder):
     """The waves: VRX's, with the parameters, meanings and defaults of its `ocean_waves`, or those of a spectrum."""
 
@@ -284,7 +281,7 @@ class SeaConfig(InFolder):
     """Peak period of a spectrum [s]; by default that of a fully developed sea, 5 s at a height of 1 m."""
     sea_state: Annotated[Annotated[int, Field(ge=0, lt=len(SEA_STATES))] | None, Only("model", _SPECTRA)] = None
     """Sea state 0 to 6 (WMO code table 3700) instead of a height: 0, 0.05, 0.3, 0.875, 1.875, 3.25 or 5 m."""
-    gamma: Annotated[float, Field(ge=1, le=20), Only("model", _spectra_with("gamma"))] = 3.3
+    gamma: Annotated[float, Field(ge=1, le=20), Only("model", _PEAKED)] = 3.3
     """Peak enhancement of `jonswap` and `tma`."""
     spreading: Annotated[Annotated[float, Field(gt=0, le=1000)] | None, Only("model", _SPECTRA)] = None
     """Exponent s of the directional spreading cos^(2 s)(theta / 2) of a spectrum; by default all waves travel in the
@@ -340,7 +337,7 @@ class SeaConfig(InFolder):
             return self.peak_period
         return self.spectrum.peak_period if self.model == "file" else developed_period(max(self.hs, 1e-3))
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         if self.model == "pms" and self.number > 3:
             yield ("number",), f"must be at most 3 in a pms sea, got {self.number}"
         if self.model == "pms" and self.scale < 1:
@@ -354,7 +351,7 @@ class SeaConfig(InFolder):
         elif self.height is not None:
             yield from self._breaking("wave", self.height, self.period, breaking_height(self.period, site))
 
-    def _breaking(self, what: str, height: float, period: float, most: float) -> Iterator[Fault]:
+    def _breaking(self, what: str, height: float, period: float, most: float) -> Faults:
         """A sea or a wave that is higher than what breaks; a longer period helps little in shallow water."""
         if height > most:
             given = [key for key in ("height", "significant_height") if getattr(self, key) is not None]

@@ -1,7 +1,6 @@
 """Worlds: sea, wind, terrain, what is in the water, the look of it all in SDF's vocabulary, and markers of goals."""
 
 import math
-import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
@@ -9,7 +8,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import BeforeValidator, Field, Tag, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
 
-from vrx_mj.config.base import Config, Fault, FromFile, InFolder, Only, duplicate_names
+from vrx_mj.config.base import Config, Fault, Faults, FromFile, InFolder, Only, duplicate_names
 from vrx_mj.config.docks import DockPlacement, Placed
 from vrx_mj.config.kinds import CLASSIC, DEFAULT, MARINE, Profile, on_its_profile
 from vrx_mj.config.loading import Loading, Source, check, document, loads, validate
@@ -22,7 +21,7 @@ from vrx_mj.config.tree import Loc, Section, fault, literal
 from vrx_mj.config.values import Cartesian, Color, NonNegative, Number, Pose, Switch, as_switch, by_type, demand
 from vrx_mj.config.weather import CurrentConfig, SeaConfig, WindConfig
 from vrx_mj.constants import GRAVITY, LONGEST_STEP, SHORTEST_STEP
-from vrx_mj.errors import VrxWarning
+from vrx_mj.errors import warn
 from vrx_mj.frames import Geodetic
 from vrx_mj.model.kinds import Degrees, Latitude, Longitude, Seed, Share
 from vrx_mj.spectra import REGULAR, SPECTRA, VRX_SEAS
@@ -85,7 +84,7 @@ class SkyConfig(Config):
     clouds: CloudsConfig = CloudsConfig()
     """Clouds. They are not drawn; setting them gives a warning."""
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         if self.sunset <= self.sunrise:
             yield ("sunset",), f"must be later than sunrise, {self.sunrise:g}; got {self.sunset:g}"
 
@@ -105,7 +104,7 @@ class FogConfig(Config):
     density: Annotated[NonNegative, Only("type", ("exp", "quadratic"))] = 1.0
     """Density [1/m]: exp fog hides 1 - exp(-density d) at distance d, quadratic fog 1 - exp(-(density d)^2)."""
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         if self.end <= self.start:
             yield ("end",), f"must be above start, {self.start:g}; got {self.end:g}"
 
@@ -289,7 +288,7 @@ def load_world(source: Source) -> WorldConfig:
     things = [(thing.name, thing.pose[3:]) for thing in world.placements]
     warn_of_degrees(f"world {world.name}", [("spawn", world.spawn.pose[3:]), *things])
     for text in (*_of_its_sea(world), *_of_default_profile(world)):
-        warnings.warn(f"world {world.name}: {text}", VrxWarning, stacklevel=3)
+        warn(f"world {world.name}: {text}", 3)
     return world
 
 
@@ -321,5 +320,5 @@ def warn_of_degrees(owner: str, poses: Iterable[tuple[str, Sequence[float]]]) ->
         angle = max(angles, key=abs)
         if abs(angle) > FULL_TURN:
             text = f"{owner}: angle {angle:g} of '{name}' exceeds a full turn, {FULL_TURN:.4f}"
-            warnings.warn(f"{text}; poses are in radians", VrxWarning, stacklevel=4)
+            warn(f"{text}; poses are in radians", 4)
             return

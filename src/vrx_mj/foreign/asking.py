@@ -14,7 +14,6 @@ import sys
 import sysconfig
 import threading
 import time
-import warnings
 from collections import OrderedDict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
@@ -23,7 +22,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from vrx_mj.cache_folder import chosen_folder
-from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning
+from vrx_mj.errors import ConfigError, Problem, VrxError, warn
 from vrx_mj.foreign import child
 from vrx_mj.foreign.child import LENGTH, STATUS, block_from
 from vrx_mj.foreign.confinement import state
@@ -405,7 +404,7 @@ def _outcome(found: Answer, returns: type[_T], about: str) -> _T:
     spend(about, notes=len(found["warnings"]))
     try:
         for text in found["warnings"]:
-            warnings.warn(VrxWarning(text), stacklevel=3)
+            warn(text, 3)
         if "error" in found:
             raise _error(*found["error"])
         return validate(found["value"], returns)

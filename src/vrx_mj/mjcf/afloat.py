@@ -6,7 +6,6 @@ another one at which all are in free water is suggested.
 
 import functools
 import math
-import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -17,7 +16,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.config.fleet import BoatConfig, FleetConfig, Order, far_from_all
 from vrx_mj.config.loading import problem_at
 from vrx_mj.config.world import WorldConfig
-from vrx_mj.errors import ConfigError, VrxError, VrxWarning
+from vrx_mj.errors import ConfigError, VrxError, warn
 from vrx_mj.frames import Pose
 from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.docks import block_corners
@@ -160,13 +159,13 @@ def boats_afloat(
     if far := far_from_all(fleet, located, config):
         spawn = config.spawn.pose[:2]
         better = _better_origin(fleet.frame(config), areas, things, buoys, water=spawn, middle=spawn)
-        warnings.warn(f"{far}; {better or 'give it another origin'}", VrxWarning, stacklevel=4)
+        warn(f"{far}; {better or 'give it another origin'}", 4)
     if found and nudge:
         places = _free_places(areas, found, things, buoys)
         boats = [_move_boat(boat, places[i], found[i]) if places.get(i) else boat for i, boat in enumerate(boats)]
         found = {i: text for i, text in found.items() if places[i] is None}
     if found and fleet.is_empty:
-        warnings.warn(f"world {config.name}: {found[0]}, at the spawn pose", VrxWarning, stacklevel=4)
+        warn(f"world {config.name}: {found[0]}, at the spawn pose", 4)
     elif found:
         advice = f"no free place within {_MAX_SHIFT:g} m" if nudge else _ADVICE
         texts = {i: f"{found[i]}; {advice}" for i in sorted(found)}
@@ -313,5 +312,5 @@ def _move_boat(boat: BoatConfig, move: tuple[float, float] | None, fault: str) -
     assert move is not None, "asked for"
     x, y = boat.pose[0] + move[0], boat.pose[1] + move[1]
     text = f"'{boat.name}' moved {math.hypot(*move):.2f} m to x {x:.2f}, y {y:.2f}: it was {fault.partition(' is ')[2]}"
-    warnings.warn(text, VrxWarning, stacklevel=5)
+    warn(text, 5)
     return boat.model_copy(update={"pose": (x, y, *boat.pose[2:])})

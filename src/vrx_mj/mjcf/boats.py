@@ -28,9 +28,9 @@ from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.config.tree import Section
 from vrx_mj.config.weather import WindageConfig
 from vrx_mj.constants import ANGLE_SUFFIX
-from vrx_mj.errors import CompileError, ConfigError, Problem, UnknownNameError
-from vrx_mj.formats.urdf.model import ZERO, Gazebo, Inertial, Joint, Urdf, UrdfThruster
-from vrx_mj.frames import Pose, apply, compose, facing, inverse, rotation
+from vrx_mj.errors import CompileError, ConfigError, UnknownNameError
+from vrx_mj.formats.urdf.model import Gazebo, Inertial, Joint, Urdf, UrdfThruster
+from vrx_mj.frames import IDENTITY, ZERO, Pose, Vector, apply, compose, facing, inverse, rotation
 from vrx_mj.rigid_bodies import MassProperties, combine, rigid, with_pose
 
 _TURNING = ("revolute", "continuous")
@@ -45,7 +45,7 @@ _MIN_INERTIA = 1e-12
 """Mass [kg] and moment of inertia [kg m2] below which MuJoCo takes no body; its own limits are 1e-15 and 1e-14."""
 SERVO_INERTIA = 1e-6
 """Least inertia that a servo turns [kg m2]: a URDF may leave out that of its engine."""
-NO_INERTIA = rigid(SERVO_INERTIA, (0.0, 0.0, 0.0), (SERVO_INERTIA,) * 3)
+NO_INERTIA = rigid(SERVO_INERTIA, ZERO, (SERVO_INERTIA,) * 3)
 """Mass and inertia [kg, kg m2] of a turning body whose links have none: MuJoCo needs some."""
 
 
@@ -103,7 +103,7 @@ def _steering_joints(
         steering = name + ANGLE_SUFFIX
         if steering in wanted:
             message = f"duplicate name '{steering}': a thruster, and the command that steers the thruster '{name}'"
-            raise ConfigError([Problem(urdf.label, None, None, "", message)])
+            raise ConfigError.of(urdf.label, message)
     return wanted
 
 
@@ -126,7 +126,7 @@ def urdf_name(urdf: Urdf, kind: str, name: str, path: str) -> str:
 
 def own_problem(urdf: Urdf, path: str, message: str) -> ConfigError:
     """A problem with the YAML beside a URDF, at a key of it; the reader of that file adds the line."""
-    return ConfigError([Problem(f"{YAML_OF} {urdf.file.name}", None, None, path, message)])
+    return ConfigError.of(f"{YAML_OF} {urdf.file.name}", message, key=path)
 
 
 def with_places(error: ConfigError, section: Section) -> ConfigError:
@@ -191,9 +191,6 @@ def _limit_notes(name: str, joint: Joint) -> Iterator[str]:
     yield f"joint '{joint.name}' has limits {limits.lower:g} and {limits.upper:g} rad: '{name}' {reach}"
 
 
-_Vector = tuple[float, float, float]
-
-
 @dataclass(frozen=True)
 class Part:
     """A link, rigid in the frame of what carries it."""
@@ -220,9 +217,9 @@ class AssembledThruster:
     """Joint that steers; None: it is fixed."""
     pose: Pose
     """Pose of the hinge in the base link's frame, its z axis the one of steering [m, rad]."""
-    center: _Vector
+    center: Vector
     """Point of application of the force, in the hinge's frame [m]."""
-    direction: _Vector
+    direction: Vector
     """Direction of the force at zero steering, in the hinge's frame."""
     drive: ThrusterConfig
     servo: ServoConfig
@@ -244,7 +241,7 @@ class Boat:
     thrusters: tuple[AssembledThruster, ...]
     hydrodynamics: HydrodynamicsConfig | None
     """None: not known, to be derived from the shapes."""
-    wind: _Vector | None
+    wind: Vector | None
     sensors: tuple[SensorConfig, ...]
     warnings: tuple[str, ...] = ()
     contact: ContactConfig = _DEFAULT_CONTACT
@@ -255,7 +252,7 @@ class Boat:
     """Areas and coefficients in profile `marine`, instead of `wind`."""
     hull: MarineHullConfig | None = None
     """Hull in profile `marine`."""
-    pushed: _Vector | None = None
+    pushed: Vector | None = None
     """Point in the base link where water and wind push [m]; None: the centre of mass of what is held to it."""
     autopilot: Mapping[str, ChannelEntry] = field(default_factory=dict)
     """Commands of an autopilot's channels, by number."""
@@ -320,13 +317,13 @@ def _check_links(urdf: Urdf) -> None:
             raise ConfigError([link.place.problem(f"link '{name}'", message)])
 
 
-def _part(urdf: Urdf, name: str, base: str, turn: Pose = ZERO, *, held: Collection[str] = ()) -> Part:
+def _part(urdf: Urdf, name: str, base: str, turn: Pose = IDENTITY, *, held: Collection[str] = ()) -> Part:
     """A link in the frame of one above it, or in that frame turned by `turn`; joints in `held` hold like fixed ones."""
     link = urdf.links[name]
     pose = urdf.pose(name, base)
     return Part(
         name=urdf.local(name),
-        pose=pose if turn == ZERO else compose(inverse(turn), pose),
+        pose=pose if turn == IDENTITY else compose(inverse(turn), pose),
         inertial=link.inertial,
         collisions=link.collisions,
         visuals=link.visuals,
@@ -370,7 +367,7 @@ def _pushing(
             name=name,
             link=urdf.local(item.propeller_link),
             pose=where,
-            center=where[:3] if hinge else (0.0, 0.0, 0.0),
+            center=where[:3] if hinge else ZERO,
             direction=apply(rotation(*where[3:]), item.axis) if hinge else item.axis,
             drive=item.drive,
             servo=given or ServoConfig(kp=item.kp, kd=item.kd, effort=max(effort, 0.0) or 10.0,
@@ -388,7 +385,7 @@ def _pushing(
             hinge,
             name=name,
             link=urdf.local(urdf.root),
-            pose=ZERO,
+            pose=IDENTITY,
             center=apply(rotation(*inverse(facing(hinge.axis))[3:]), blade.center) if hinge else blade.center,
             direction=(0.0, 1.0, 0.0),
             drive=ThrusterConfig(mapping="linear", max_angle=blade.max_angle, timeout=0.0),
@@ -402,7 +399,7 @@ def _on_hinge(urdf: Urdf, hinge: Joint | None, *, drive: ThrusterConfig, **own: 
     if hinge is None:
         return AssembledThruster(joint=None, parts=(), drive=drive.model_copy(update={"max_angle": 0.0}), **own)
     turn, pose = facing(hinge.axis), urdf.pose(hinge.child, urdf.root)
-    own |= {"link": urdf.local(hinge.child), "pose": pose if turn == ZERO else compose(pose, turn)}
+    own |= {"link": urdf.local(hinge.child), "pose": pose if turn == IDENTITY else compose(pose, turn)}
     return AssembledThruster(
         joint=urdf.local(hinge.name),
         parts=tuple(_part(urdf, link, hinge.child, turn) for link in urdf.below(hinge.child)),
@@ -521,5 +518,5 @@ def check_moments(body: MassProperties, name: str) -> MassProperties:
 def _masses(parts: Iterable[Part]) -> Iterator[MassProperties]:
     for part in parts:
         if part.inertial is not None and part.inertial.mass >= _MIN_INERTIA:
-            own = with_pose(rigid(part.inertial.mass, (0.0, 0.0, 0.0), part.inertial.tensor), part.inertial.pose)
+            own = with_pose(rigid(part.inertial.mass, ZERO, part.inertial.tensor), part.inertial.pose)
             yield with_pose(own, part.pose)

@@ -1,6 +1,5 @@
 """Building a boat: from what a fleet orders to a `Boat`, by xacro, URDF and the YAML beside it."""
 
-import warnings
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
@@ -14,11 +13,11 @@ from vrx_mj.config.robots import ProfileEntry, RobotConfig, load_robot, robot_se
 from vrx_mj.config.search import display, is_path, package_paths
 from vrx_mj.config.sensors import BallShooterConfig, SensorConfig
 from vrx_mj.config.tree import ros_names_note
-from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning, first_lines, ignore_warnings
+from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, first_lines, ignore_warnings, warn
 from vrx_mj.foreign import budget
 from vrx_mj.formats.gazebo.sdf_boats import read_boat
 from vrx_mj.formats.parts.read import load_parts, wamv_urdf
-from vrx_mj.formats.urdf.expand import ExpandedText, check_library, expand, own_packages
+from vrx_mj.formats.urdf.expand import Arguments, ExpandedText, check_library, expand, own_packages
 from vrx_mj.formats.urdf.model import Urdf
 from vrx_mj.formats.urdf.reader import MeshFiles, in_namespace, read_urdf, with_file_uris
 from vrx_mj.formats.urdf.xml_document import read_bytes
@@ -80,7 +79,7 @@ def _build(order: Order, config: RobotConfig) -> Boat:
     names = ros_names_note("thruster", (thruster.name for thruster in boat.thrusters))
     names += ros_names_note("sensor", (sensor.name for sensor in sensors))
     if notes := [note for note in (*remarks, *names) if note]:
-        warnings.warn(_notes_message(order.robot, notes), VrxWarning, stacklevel=2)
+        warn(_notes_message(order.robot, notes), 2)
     return boat
 
 
@@ -128,15 +127,14 @@ def robot_urdf(
     order: Order,
     *,
     namespace: str | None = None,
-    arguments: Mapping[str, str] | None = None,
-    locked: bool = False,
+    arguments: Arguments | None = None,
 ) -> str:
     """The URDF of a robot: its xacro expanded, with the thrusters and components of an order."""
     own = {**config.arguments, **config.in_profile(order.profile).arguments}
     given = {**own, **_layout(order, config), **(arguments or {}), **dict(order.arguments)}
     file = config.description_file
     if not (order.thrusters or order.components):
-        named = {**given, **({"namespace": namespace} if namespace else {}), **({"locked": "true"} if locked else {})}
+        named = {**given, **({"namespace": namespace} if namespace else {})}
         plain = _plain_urdf(file)
         if plain is not None and order.arguments:
             raise VrxError(f"robot {order.robot} takes no arguments: its URDF has nothing to expand")
@@ -151,7 +149,6 @@ def robot_urdf(
         thrusters=load_parts(order.thrusters, "thrusters") if order.thrusters else None,
         components=load_parts(order.components, "components") if order.components else None,
         namespace=namespace or "wamv",
-        locked=locked,
         arguments=given,
         file=None if file.resolve().is_relative_to((root() / "assets").resolve()) else file,
         package_paths=package_paths(),

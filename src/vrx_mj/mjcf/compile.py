@@ -6,7 +6,6 @@ in MuJoCo, and are not compiled again.
 """
 
 import json
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import compress
@@ -27,8 +26,9 @@ from vrx_mj.config.tree import ros_names_note
 from vrx_mj.config.weather import WindConfig
 from vrx_mj.config.world import PhysicsConfig, SpawnConfig, WorldConfig, load_world
 from vrx_mj.constants import PHYSICS_VERSION
-from vrx_mj.errors import CommandError, CompileError, ConfigError, Problem, UnknownNameError, VrxWarning, first_names
+from vrx_mj.errors import CommandError, CompileError, ConfigError, Problem, UnknownNameError, first_names, warn
 from vrx_mj.foreign import budget
+from vrx_mj.frames import IDENTITY
 from vrx_mj.mjcf import boats
 from vrx_mj.mjcf.afloat import boats_afloat, depth_in_land, outline
 from vrx_mj.mjcf.build import build_boat
@@ -184,11 +184,11 @@ class _Compilation(Assembly):
 
     def world(self, seed: int, numbers: Mapping[str, float]) -> World:
         for note in ros_names_note("boat", (boat.name for boat in self.boats)):
-            warnings.warn(note, VrxWarning, stacklevel=3)
+            warn(note, 3)
         check_docks(self.config, self.docks)
         if self.config.terrain:
             land = terrain_piece(self.config.terrain, self.config.folder)
-            self.parts.append(Part("terrain", land, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)))
+            self.parts.append(Part("terrain", land, IDENTITY))
         for dock in self.docks:
             self.add_dock(dock)
         for item in self.objects:
@@ -259,7 +259,7 @@ class _Compilation(Assembly):
         """Resolve the task of the world, with what its boat may touch and what holds the boat."""
         if self.config.task is not None and not self.boats:
             text = "its task is left out: it needs a boat at the start, and the fleet has none"
-            warnings.warn(f"world {self.config.name}: {text}", VrxWarning, stacklevel=4)
+            warn(f"world {self.config.name}: {text}", 4)
             return
         self.task = task_parameters(self.config, self.boats, self.objects, self.docks, self.rows.shooters)
         if self.task is None:
@@ -337,7 +337,7 @@ def _warn_if_stiff(boat: boats.Boat, timestep: float) -> None:
     if share > _STIFF_DRAG:
         text = f"robot {boat.name}: its linear drag removes {share:.3g} times its velocity in a step of {timestep:g} s"
         text += f"; beyond {_STIFF_DRAG:g} it diverges: check `drag_linear`, or use a shorter timestep"
-        warnings.warn(text, VrxWarning, stacklevel=5)
+        warn(text, 5)
 
 
 def with_boat(world: World, entry: Mapping[str, object]) -> World:
@@ -355,7 +355,7 @@ def with_boat(world: World, entry: Mapping[str, object]) -> World:
     boat = joining_boat(entry, SpawnConfig.model_validate(own))
     _check_name(world, boat.name, "boat")
     for note in ros_names_note("boat", [boat.name]):
-        warnings.warn(note, VrxWarning, stacklevel=3)
+        warn(note, 3)
     old = world.parameters
     robot = _build(boat, old.profile)
     if old.shoreline and (depth := depth_in_land(outline(robot), boat.pose, old.shoreline)):

@@ -17,7 +17,7 @@ from vrx_mj.config.objects import ObjectConfig, load_object
 from vrx_mj.config.weather import WindConfig
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, UnknownNameError
-from vrx_mj.frames import Pose, apply, compose, inverse, rotation
+from vrx_mj.frames import ZERO, Pose, Vector, apply, compose, inverse, rotation
 from vrx_mj.mjcf.objects import PlacedDock, element_row
 from vrx_mj.mjcf.parameters import NO_WIND, Rows, wind_coefficients
 from vrx_mj.mjcf.pieces import Piece
@@ -172,7 +172,6 @@ def _tree_from(root: Cell, blocks: frozenset[Cell]) -> BlockTree:
 
 
 _Row = dict[str, Any]
-_Vector = tuple[float, float, float]
 
 
 def dock_piece(dock: PlacedDock) -> Piece:
@@ -251,7 +250,7 @@ def _block_rows(
             position=position,
             anchor=anchor,
             axis=axis,
-            offset=_center(tree.cells[0], edge) if index == 0 else (0.0, 0.0, 0.0),
+            offset=_center(tree.cells[0], edge) if index == 0 else ZERO,
             density=buoyancy.fluid_density,
             gravity=gravity,
             level=buoyancy.fluid_level,
@@ -278,7 +277,7 @@ def _moorings(dock: PlacedDock, first: int) -> list[Mooring]:
         index = tree.cells.index(cell)
         corner = (edge * (cell[0] + sx / 2), edge * (cell[1] + sy / 2), _BLOCK_HEIGHT)
         there = apply(turn, corner)
-        origin = (0.0, 0.0, 0.0) if index == 0 else _center(cell, edge)
+        origin = ZERO if index == 0 else _center(cell, edge)
         line = record_from(
             Mooring,
             mooring,
@@ -294,7 +293,7 @@ def _block(edge: float) -> ObjectConfig:
     return load_object(BLOCK_MODELS[edge])
 
 
-def _center(cell: Cell, edge: float) -> _Vector:
+def _center(cell: Cell, edge: float) -> Vector:
     """Middle of a block in the dock's frame [m]."""
     return edge * cell[0], edge * cell[1], _BLOCK_HEIGHT
 
@@ -304,12 +303,12 @@ def _bodies(dock: PlacedDock, tree: BlockTree) -> list[str]:
     return [f"{dock.name}/dock", *(f"{dock.name}/dock_block_{i}_{j}" for i, j in tree.cells[1:])]
 
 
-def _hinge(tree: BlockTree, index: int, edge: float) -> tuple[_Vector, _Vector, _Vector]:
+def _hinge(tree: BlockTree, index: int, edge: float) -> tuple[Vector, Vector, Vector]:
     """Where a block's frame is in the frame of the one it hangs on, and the hinge's point and axis in its own."""
     if index == 0:
-        return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)
+        return ZERO, ZERO, (1.0, 0.0, 0.0)
     cell, parent = tree.cells[index], tree.cells[tree.parents[index]]
-    origin = (0.0, 0.0, 0.0) if tree.parents[index] == 0 else _center(parent, edge)
+    origin = ZERO if tree.parents[index] == 0 else _center(parent, edge)
     x, y, z = (a - b for a, b in zip(_center(cell, edge), origin, strict=True))
     di, dj = parent[0] - cell[0], parent[1] - cell[1]
     return (x, y, z), (edge * di / 2, edge * dj / 2, 0.0), (float(abs(dj)), float(abs(di)), 0.0)
@@ -320,7 +319,7 @@ def _nodes(dock: PlacedDock, tree: BlockTree, boards: Sequence[_Row]) -> _Row:
     edge, rows = dock.config.block, _block_rows(dock, None, 0.0, 0, 0)[0]
     nodes: list[_Row] = []
     for cell, row in zip(tree.cells, rows, strict=True):
-        x, y, z = _center(cell, edge) if nodes else (0.0, 0.0, 0.0)
+        x, y, z = _center(cell, edge) if nodes else ZERO
         own = [board for board in boards if board["block"] == cell]
         for board in own:  # in the frame of the block that carries it
             ahead, left, up, *turn = board["pose"]
@@ -384,7 +383,7 @@ def _around(dock: PlacedDock, boards: Sequence[_Row], bodies: Mapping[Cell, str]
 def _closure(bodies: Mapping[Cell, str], pair: tuple[Cell, Cell], root: Cell, edge: float) -> _Row:
     """Two points that two blocks share: the ends of an edge, in the frame of the first."""
     (i, j), (k, m) = pair
-    x, y, z = _center((i, j), edge) if (i, j) == root else (0.0, 0.0, 0.0)
+    x, y, z = _center((i, j), edge) if (i, j) == root else ZERO
     half = edge / 2
     ends = [(x + half * (k - i + s * (m - j)), y + half * (m - j + s * (k - i)), z) for s in (-1.0, 1.0)]
     return {"first": bodies[i, j], "second": bodies[k, m], "ends": ends}

@@ -16,7 +16,7 @@ from vrx_mj.config.search import contained_file
 from vrx_mj.config.shapes import Shape, enclosed_volume, solid
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.urdf.reader import read_mesh
-from vrx_mj.frames import apply, compose, rotation
+from vrx_mj.frames import Vector, apply, compose, rotation
 from vrx_mj.mjcf.boats import Boat, Part, boat_mass
 from vrx_mj.model.boats import Vessel
 
@@ -196,7 +196,7 @@ class HullSheet:
 
     mass: float
     """Mass [kg]."""
-    center_of_mass: tuple[float, float, float]
+    center_of_mass: Vector
     """Centre of mass [m]."""
     density: float
     """Density of the water [kg/m3]."""
@@ -208,13 +208,13 @@ class HullSheet:
     """Depth of the keel under it [m]."""
     volume: float
     """Displaced volume [m3]."""
-    center_of_buoyancy: tuple[float, float, float]
+    center_of_buoyancy: Vector
     """Centre of buoyancy [m]."""
     waterplane_area: float
     """Area of the waterplane [m2]."""
     center_of_flotation: float
     """x of the waterplane's middle [m]."""
-    stiffness: tuple[float, float, float]
+    stiffness: Vector
     """C33 [N/m], C44 and C55 [N m/rad] about the waterplane's middle, at the same displacement."""
     righting_arms: tuple[tuple[float, float], ...]
     """Angle of heel to starboard [degrees] and righting arm GZ [m], at the same displacement and without trim."""
@@ -290,9 +290,6 @@ def hull_sheet(
     )
 
 
-_Corner = tuple[float, float, float]
-
-
 @dataclass(frozen=True)
 class Derived:
     """Fields of `HydrodynamicsConfig`, and remarks about them."""
@@ -302,7 +299,7 @@ class Derived:
     """Description of the boat afloat at rest."""
     notes: tuple[str, ...] = ()
     """Remarks about unusual shapes or masses."""
-    pushed: tuple[float, float, float] | None = None
+    pushed: Vector | None = None
     """Point where the water pushes [m], for `Boat.pushed`."""
 
 
@@ -428,7 +425,7 @@ def hull_corners(boat: Boat, volume: float) -> tuple[FloatArray, tuple[str, ...]
 
 
 @lru_cache(maxsize=32)
-def boat_box(boat: Boat) -> tuple[_Corner, _Corner]:
+def boat_box(boat: Boat) -> tuple[Vector, Vector]:
     """Least and greatest corner [m] in the base link's axes of the box around what the base link carries.
 
     Raises:
@@ -442,7 +439,7 @@ def boat_box(boat: Boat) -> tuple[_Corner, _Corner]:
     raise VrxError(f"robot {boat.name}: no shape gives its length and width; give a link <collision> or <visual>")
 
 
-def _corners(part: Part, shape: Shape) -> list[_Corner]:
+def _corners(part: Part, shape: Shape) -> list[Vector]:
     pose = compose(part.pose, shape.pose)
     turn = rotation(*pose[3:])
     low, high = _extent(shape)
@@ -453,7 +450,7 @@ def _corners(part: Part, shape: Shape) -> list[_Corner]:
     return found
 
 
-def _extent(shape: Shape) -> tuple[_Corner, _Corner]:
+def _extent(shape: Shape) -> tuple[Vector, Vector]:
     """Least and greatest corner of a shape in its own frame [m]."""
     if shape.type == "mesh":
         points = read_mesh(contained_file(str(shape.file), shape.folder), shape.scale).points

@@ -13,6 +13,7 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.shapes import normals_of
 from vrx_mj.constants import SEA_WATER_DENSITY, STANDARD_GRAVITY
+from vrx_mj.frames import ZERO, Vector
 from vrx_mj.mjcf.flotation import HullSheet, below, flotation_at, hull_sheet
 from vrx_mj.physics.thrust import normal_slope
 
@@ -60,7 +61,7 @@ class HullEstimate:
     """Wet length [m]."""
     beam: float
     """Wet beam [m]."""
-    inertia: tuple[float, float, float]
+    inertia: Vector
     """Moments of inertia about the centre of mass [kg m2]."""
     added_mass: FloatArray
     """Added mass (6, 6) about the centre of buoyancy."""
@@ -78,9 +79,9 @@ class HullEstimate:
     """Speed at full thrust [m/s]."""
     thrust: float
     """Thrust of each engine ahead [N]."""
-    engines: tuple[tuple[float, float, float], ...]
+    engines: tuple[Vector, ...]
     """Points of thrust, from port to starboard [m]."""
-    windage: tuple[float, float, float]
+    windage: Vector
     """Areas seen from ahead and from the side [m2], and height of the latter's middle [m]."""
     course: tuple[float, float, float, float]
     """Course stability at full thrust, from the linear equations of sway and yaw (Fossen 2021, 15.1).
@@ -212,7 +213,7 @@ def estimated_hull(
     """
     sizes = np.linalg.norm(normals_of(corners), axis=1)
     height = float(sizes @ corners[:, :, 2].mean(axis=1) / sizes.sum())
-    afloat = hull_sheet(corners, mass, (0.0, 0.0, 0.0), DENSITY, _GRAVITY)
+    afloat = hull_sheet(corners, mass, ZERO, DENSITY, _GRAVITY)
     (x, y, _), waterline = afloat.center_of_buoyancy, afloat.waterline
     corners, (cx, cy, cz) = corners - (x, y, waterline), center or (x, y, height)
     sheet = hull_sheet(corners, mass, (cx - x, cy - y, cz - waterline), DENSITY, _GRAVITY)
@@ -277,7 +278,7 @@ def _stern(hulls: Sequence[_Hull], stern: float) -> tuple[float, float, float, f
     return stern, -0.5 * draft, area, draft / length
 
 
-def _windage(corners: FloatArray) -> tuple[float, float, float]:
+def _windage(corners: FloatArray) -> Vector:
     """Areas above the water seen from ahead and from the side [m2], and the height of the latter's middle [m]."""
     dry = -below(-corners, 0.0)
     normals = np.abs(0.5 * normals_of(dry))

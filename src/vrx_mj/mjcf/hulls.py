@@ -5,7 +5,6 @@ lift, inertia or small motions about its rest are impossible is refused.
 """
 
 import math
-import warnings
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
@@ -16,7 +15,7 @@ import numpy.typing as npt
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.dynamics import CrossFlowConfig, Hydro, MarineHullConfig, SkegConfig, read_hydro
 from vrx_mj.config.shapes import enclosed_volume, solid
-from vrx_mj.errors import VrxError, VrxWarning
+from vrx_mj.errors import VrxError, warn
 from vrx_mj.mjcf.boats import Boat, boat_mass, push_center
 from vrx_mj.mjcf.drift import HullInWaves, coriolis, cross_matrix, with_drift
 from vrx_mj.mjcf.flotation import Flotation, faces_of, flotation, hull_corners, lift_fault
@@ -151,7 +150,7 @@ def check_rest(boat: Boat, vessel: Vessel, density: float, rest: Flotation | Non
     stiffness, notes = _stiffness_at_rest(vessel, body, density, rest)
     for note in notes:
         if not any(note in other for other in boat.warnings):
-            warnings.warn(f"robot {name}: {note}", VrxWarning, stacklevel=2)
+            warn(f"robot {name}: {note}", 2)
     rates = _rates(_inertia(body) + np.array(vessel.added_mass), stiffness, vessel)
     fastest = float(np.abs(rates).max())
     if fastest > _MAX_RATE:
@@ -165,7 +164,7 @@ def check_rest(boat: Boat, vessel: Vessel, density: float, rest: Flotation | Non
         text = f"robot {name} is unstable: a small motion about equilibrium grows at {worst.real:.3g} 1/s{swing}"
         if vessel.memory:
             raise VrxError(f"{text}; its wave memory adds energy: check the poles and residues of `hydro`")
-        warnings.warn(f"{text}; check the entries of `damping_linear`", VrxWarning, stacklevel=2)
+        warn(f"{text}; check the entries of `damping_linear`", 2)
 
 
 def warn_if_uncovered(name: str, vessel: Vessel | None, sea: Sea) -> None:
@@ -180,12 +179,11 @@ def warn_if_uncovered(name: str, vessel: Vessel | None, sea: Sea) -> None:
     whole = math.fsum(energy for _, energy in energies)
     beyond = math.fsum(energy for outside, energy in energies if outside)
     if beyond > _MOST_LOST * whole:
-        warnings.warn(
+        warn(
             f"robot {name}: {100.0 * beyond / whole:.3g} % of the sea's energy is in waves beyond {last:.3g} rad/s, "
             f"the last frequency of its `hydro`, shorter than {2.0 * math.pi / last:.3g} s: they are not scattered; "
             "compute it to higher frequencies, with more `--panels`",
-            VrxWarning,
-            stacklevel=4,
+            4,
         )
 
 
@@ -224,7 +222,7 @@ def warn_if_rough(boat: Boat, vessel: Vessel | None, sea: Sea, timestep: float) 
             "damping: increase its damping, or use a shorter `timestep`"
         )
     if notes:
-        warnings.warn(f"robot {boat.name}: {'; '.join(notes)}", VrxWarning, stacklevel=4)
+        warn(f"robot {boat.name}: {'; '.join(notes)}", 4)
 
 
 def _growth(
@@ -412,7 +410,7 @@ def _mesh(boat: Boat, config: MarineHullConfig, point: FloatArray, density: floa
     if len(triangles) > MOST_TRIANGLES // 2:
         slow = f"its hull is divided into {len(triangles):,} triangles, and every step visits each"
         faster = "a mesh whose long round parts have fewer sides is faster"
-        warnings.warn(f"robot {boat.name}: {slow}; {faster}", VrxWarning, stacklevel=2)
+        warn(f"robot {boat.name}: {slow}; {faster}", 2)
     return rest, {
         "hydrostatics": MESH,
         "vertices": nested_tuples(points),
@@ -450,5 +448,5 @@ def _surface(boat: Boat, config: MarineHullConfig, volume: float) -> FloatArray:
     except VrxError as error:
         raise VrxError(f"robot {boat.name}: {error}") from None
     for note in notes:
-        warnings.warn(f"robot {boat.name}: {note}", VrxWarning, stacklevel=2)
+        warn(f"robot {boat.name}: {note}", 2)
     return corners

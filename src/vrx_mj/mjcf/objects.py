@@ -39,7 +39,7 @@ from vrx_mj.config.weather import WindConfig
 from vrx_mj.config.world import PhysicsConfig, WorldConfig
 from vrx_mj.constants import WATER_DENSITY
 from vrx_mj.errors import CompileError
-from vrx_mj.frames import Pose, apply, compose, inverse, rotation
+from vrx_mj.frames import IDENTITY, ZERO, Pose, Vector, apply, compose, inverse, rotation
 from vrx_mj.mjcf.parameters import NO_WIND, PROFILES, Rows
 from vrx_mj.mjcf.pieces import Piece
 from vrx_mj.mjcf.templates import geoms, meshes
@@ -49,8 +49,6 @@ from vrx_mj.model.things import Element, Float, Follower, Light, Object, PathPoi
 from vrx_mj.model.world import Parameters
 from vrx_mj.physics.noise import stream_key, uniform
 
-_ORIGIN: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-"""Pose of an object whose file gives none."""
 _DEFAULT_ROPE = RopeConfig()
 """Rope of an object in a world with current, unless it gives another, or swims."""
 _TRIES = 1000
@@ -117,7 +115,7 @@ class PlacedDock:
 
 
 def place_objects(
-    placements: Sequence[Placement], at: Pose = _ORIGIN, prefix: str = "", mooring: RopeConfig | None = _DEFAULT_ROPE
+    placements: Sequence[Placement], at: Pose = IDENTITY, prefix: str = "", mooring: RopeConfig | None = _DEFAULT_ROPE
 ) -> Iterator[PlacedObject]:
     """Every single object of the placements, courses taken apart; `mooring` is that of objects that give none."""
     for item in placements:
@@ -136,7 +134,7 @@ def _rope(item: Placement, mooring: RopeConfig | None) -> RopeConfig | None:
 
 
 def place_docks(
-    docks: Sequence[DockPlacement], placements: Sequence[Placement], at: Pose = _ORIGIN, prefix: str = ""
+    docks: Sequence[DockPlacement], placements: Sequence[Placement], at: Pose = IDENTITY, prefix: str = ""
 ) -> Iterator[PlacedDock]:
     """Every dock: those of the world itself, then those inside its composite objects."""
     for dock in docks:
@@ -338,7 +336,7 @@ def object_rows(item: PlacedObject, wind: WindConfig | None, physics: PhysicsCon
     return rows
 
 
-def _blown_links(item: PlacedObject, wind: WindConfig | None) -> Mapping[str, tuple[float, float, float]]:
+def _blown_links(item: PlacedObject, wind: WindConfig | None) -> Mapping[str, Vector]:
     """Coefficients of the wind by link: an entry acts on the link that it names, or else on the object's own."""
     links = [item.config.link, *(link.name for link in item.config.links)]
     blown = dict.fromkeys(links, NO_WIND)
@@ -372,7 +370,7 @@ def _float_row(
     link: str,
     buoyancy: BuoyancyConfig | None,
     item: PlacedObject,
-    blown: tuple[float, float, float],
+    blown: Vector,
     physics: PhysicsConfig,
     start: int,
     follower: int,
@@ -417,18 +415,18 @@ def _rope_row(item: PlacedObject, rope: RopeConfig, number: int) -> Rope:
 
 def element_row(element: BuoyancyElement) -> Element:
     """A buoyancy element: dimensions, pose in the link, full volume [m3] and VRX's mean dimension [m]."""
-    a, b, c = element.size or (0.0, 0.0, 0.0)
+    a, b, c = element.size or ZERO
     r, length = element.radius or 0.0, element.length or 0.0
-    size, volume, mean = {
-        "box": ((a, b, c), a * b * c, (a + b + c) / 3.0),
-        "sphere": ((r, 0.0, 0.0), 4.0 / 3.0 * math.pi * r**3, 2.0 * r),
-        "cylinder": ((r, length, 0.0), math.pi * r * r * length, (2.0 * r + length) / 2.0),
+    size, mean = {
+        "box": ((a, b, c), (a + b + c) / 3.0),
+        "sphere": ((r, 0.0, 0.0), 2.0 * r),
+        "cylinder": ((r, length, 0.0), (2.0 * r + length) / 2.0),
     }[element.type]
     return Element(
         shape=_SHAPE_CODES[element.type],
         size=size,
         position=element.pose[:3],
         rotation=rotation(*element.pose[3:]),
-        volume=volume,
+        volume=element.volume,
         mean_dimension=mean,
     )

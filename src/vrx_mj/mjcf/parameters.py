@@ -1,7 +1,6 @@
 """Sea and wind of a compiled world, and the tables of a world in the making."""
 
 import math
-import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any
@@ -14,7 +13,8 @@ from vrx_mj.config.search import catalogue
 from vrx_mj.config.weather import CurrentConfig, SeaConfig, TideConfig, WindageConfig, WindConfig
 from vrx_mj.config.world import PhysicsConfig
 from vrx_mj.constants import WATER_DENSITY, WAVE_GRAVITY
-from vrx_mj.errors import VrxWarning
+from vrx_mj.errors import warn
+from vrx_mj.frames import Vector
 from vrx_mj.mjcf import boats
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Boat, Hull, Station, Thruster, Windage, WindCoefficients
@@ -189,9 +189,6 @@ class Rows:
         return [(sensor.boat, sensor.name) for sensor in self.sensors if sensor.type == "ball_shooter"]
 
 
-_Coefficients = tuple[float, float, float]
-
-
 def wind_parameters(wind: WindConfig | None, profile: str = CLASSIC) -> Wind:
     """The gust process and its direction; a world without wind is one of 0 m/s."""
     wind = wind or WindConfig(mean_velocity=0.0, var_gain=0.0)
@@ -237,7 +234,7 @@ def _spectrum(wind: WindConfig) -> Spectrum | None:
     return npd(share * wind.mean_velocity, wind.height)
 
 
-def wind_coefficients(wind: WindConfig | None, *names: str) -> _Coefficients | None:
+def wind_coefficients(wind: WindConfig | None, *names: str) -> Vector | None:
     """Coefficients (Cx, Cy, Cz) for a thing that goes by any of these names; None if none is listed."""
     for item in (wind.objects if wind else None) or ():
         if item.model in names:
@@ -245,9 +242,7 @@ def wind_coefficients(wind: WindConfig | None, *names: str) -> _Coefficients | N
     return None
 
 
-def boat_wind(
-    wind: WindConfig | None, physics: PhysicsConfig, name: str, robot: str, own: _Coefficients | None
-) -> _Coefficients:
+def boat_wind(wind: WindConfig | None, physics: PhysicsConfig, name: str, robot: str, own: Vector | None) -> Vector:
     """Coefficients for a boat: the world's, or else its `own`; none where the world's push nothing."""
     if _STALE_LINK in physics.quirks:
         return NO_WIND
@@ -310,7 +305,7 @@ def warn_if_unpushed(
         text = f"world {world}: the wind does not push {_first(boat.name for boat in still)}"
         lack = f"no wind coefficients for robot {_first(boat.robot for boat in still)}"
         advice = "write `wind: [x, y, yaw]` in the robot's YAML, or list it in `wind.objects`, Gazebo's <wind_obj>"
-        warnings.warn(f"{text}: {lack}; {advice}", VrxWarning, stacklevel=5)
+        warn(f"{text}: {lack}; {advice}", 5)
 
 
 def warn_if_unmoved(world: str, wind: WindConfig | None, moving: Iterable[str]) -> None:
@@ -319,9 +314,7 @@ def warn_if_unmoved(world: str, wind: WindConfig | None, moving: Iterable[str]) 
     idle = [item.model for item in (wind.objects if wind else None) or () if item.model not in names]
     if idle:
         text = f"world {world}: wind.objects has no effect on {_first(idle)}"
-        warnings.warn(
-            f"{text}; list boats, objects that float, and docks with `dynamic: true`", VrxWarning, stacklevel=5
-        )
+        warn(f"{text}; list boats, objects that float, and docks with `dynamic: true`", 5)
 
 
 def _first(names: Iterable[str]) -> str:

@@ -28,8 +28,8 @@ from vrx_mj.config.weather import WindConfig
 from vrx_mj.config.world import PhysicsConfig
 from vrx_mj.constants import HULL_GRAVITY
 from vrx_mj.formats.urdf.links import ENDLESS
-from vrx_mj.formats.urdf.model import ZERO, Joint, Urdf
-from vrx_mj.frames import quaternion, rotation
+from vrx_mj.formats.urdf.model import Joint, Urdf
+from vrx_mj.frames import IDENTITY, ZERO, quaternion, rotation
 from vrx_mj.mjcf.boats import (
     NO_INERTIA,
     SERVO_INERTIA,
@@ -200,7 +200,7 @@ def hull_row(boat: Boat, engines: Engines, prefix: str) -> Hull:
         body_com=nested_tuples(body.center),
         mass=body.mass,
         inertia=Inertia(**dict(zip(Inertia.__annotations__, body.tensor(), strict=True))),
-        wind=(0.0, 0.0, 0.0),
+        wind=ZERO,
         profile=0,
         gravity=0.0,
         station_start=0,
@@ -459,7 +459,7 @@ def jointed_model(robot: Urdf) -> mujoco.MjModel:
     bodies: dict[str, mujoco.MjsBody] = {}
     for link in robot.below(robot.root):
         joint = robot.above.get(link)
-        outer, pose = (bodies[joint.parent], joint.pose) if joint else (spec.worldbody, ZERO)
+        outer, pose = (bodies[joint.parent], joint.pose) if joint else (spec.worldbody, IDENTITY)
         body = outer.add_body(name=link, pos=pose[:3], quat=quaternion(*pose[3:]), mass=1.0, inertia=(1.0, 1.0, 1.0))
         body.explicitinertial = True
         bodies[link] = body

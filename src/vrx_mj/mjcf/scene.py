@@ -5,7 +5,6 @@ surface of the sea takes its colours from a palette. Markers are cylinders, whic
 """
 
 import math
-import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -17,7 +16,7 @@ import numpy.typing as npt
 
 from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.config.world import FogConfig, MarkersConfig, SceneConfig, SkyConfig, WorldConfig
-from vrx_mj.errors import CompileError, VrxWarning
+from vrx_mj.errors import CompileError, warn
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.things import Marker, Scene
 from vrx_mj.model.world import Parameters
@@ -141,7 +140,8 @@ def scene_values(config: WorldConfig) -> dict[str, object]:
     light = _daylight(config)
     horizon = fog.color if fog else scene.background or (*light.horizon, 1.0)
     start, end = fog_range(fog) if fog else (_NO_FOG_DISTANCE, 2.0 * _NO_FOG_DISTANCE)
-    _warn(config.name, _not_drawn(scene))
+    if missing := _not_drawn(scene):
+        warn(f"world {config.name}: MuJoCo cannot draw {', '.join(missing)}", 3)
     return {
         "extent": _EXTENT,
         "ambient": [light.ambient * share for share in (scene.ambient or AMBIENT)[:3]],
@@ -194,11 +194,6 @@ def _not_drawn(scene: SceneConfig) -> list[str]:
     if isinstance(scene.sky, SkyConfig) and "clouds" in scene.sky.model_fields_set:
         missing.append("the sky's clouds")
     return missing
-
-
-def _warn(name: str, missing: list[str]) -> None:
-    if missing:
-        warnings.warn(f"world {name}: MuJoCo cannot draw {', '.join(missing)}", VrxWarning, stacklevel=4)
 
 
 def marker_rows(config: MarkersConfig, goals: Iterable[Sequence[float]]) -> tuple[Marker, ...]:

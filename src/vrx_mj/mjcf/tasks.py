@@ -6,7 +6,6 @@ heave, roll and pitch (VRX's riser and pivot joints); switching the weld off rel
 """
 
 import re
-import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, Literal, cast
@@ -18,8 +17,8 @@ from vrx_mj.config.loading import problem_at
 from vrx_mj.config.search import kind_name
 from vrx_mj.config.tasks import AnimalConfig, ChannelConfig, TaskConfig
 from vrx_mj.config.world import WorldConfig
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning
-from vrx_mj.frames import Pose
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, warn
+from vrx_mj.frames import Pose, Vector
 from vrx_mj.mjcf.docks import dock_entry, find_dock
 from vrx_mj.mjcf.objects import PlacedDock, PlacedObject, ball_name
 from vrx_mj.mjcf.templates import render
@@ -102,7 +101,7 @@ class Site:
             self.fault(("dock",), str(error))
         return None
 
-    def place(self, loc: _Loc, value: tuple[float, float, float], *, geodetic: bool) -> Goal:
+    def place(self, loc: _Loc, value: Vector, *, geodetic: bool) -> Goal:
         """A place on the water from [latitude, longitude, yaw from east] or [x, y, yaw from x]; m, degrees and rad."""
         first, second, yaw = value
         earth = self.config.georeference
@@ -115,7 +114,7 @@ class Site:
         self._on_water(loc, place.x, place.y)
         return place
 
-    def point(self, loc: _Loc, value: tuple[float, float, float]) -> Pinger:
+    def point(self, loc: _Loc, value: Vector) -> Pinger:
         """A point x, y, z [m] in or over the water, with its latitude and longitude [degrees]."""
         x, y, z = value
         self._on_water(loc, x, y)
@@ -275,7 +274,7 @@ def _gates(site: Site, at: _Loc, channel: ChannelConfig) -> tuple[model.Gate, ..
         site.fault((*at, "gates"), text)
     lone = [name for name in parts if _LEFT_BUOY.fullmatch(name) and all(name != left for left, _ in pairs)]
     if lone and not channel.gates:
-        warnings.warn(f"{owner}: ignored for lack of a partner: {', '.join(lone)}", VrxWarning, stacklevel=2)
+        warn(f"{owner}: ignored for lack of a partner: {', '.join(lone)}", 2)
     prefix = f"{course}/" if course else ""
     return tuple(model.Gate(left=prefix + left, right=prefix + right) for left, right in pairs)
 

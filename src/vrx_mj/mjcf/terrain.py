@@ -19,7 +19,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.config.search import ReadingError, find_terrain, read_limited
 from vrx_mj.config.shapes import normals_of
 from vrx_mj.config.values import MAX_COORDINATE
-from vrx_mj.errors import ConfigError, Problem, shorten
+from vrx_mj.errors import ConfigError, shorten
 from vrx_mj.mjcf.pieces import Piece
 from vrx_mj.model.things import Ring
 
@@ -283,7 +283,7 @@ def _read_polygons(path: Path) -> list[_Rings]:
         land = json.loads(read_limited(path, _MAX_BYTES).decode("utf-8-sig"))["land"]
         polygons = [[_ring(ring) for ring in (item["exterior"], *item.get("holes", []))] for item in land]
     except ReadingError as error:
-        raise ConfigError([Problem(str(path), None, None, "", str(error))]) from None
+        raise ConfigError.of(str(path), str(error)) from None
     except RecursionError:
         raise _invalid(path, "nested too deeply") from None
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
@@ -301,7 +301,7 @@ def _read_polygons(path: Path) -> list[_Rings]:
 def _invalid(path: Path, reason: str) -> ConfigError:
     wanted = "expected {land: [{exterior: [[x, y], ...], holes: [...]}]}"
     message = f"invalid shoreline: {shorten(reason, 200)}; {wanted}"
-    return ConfigError([Problem(str(path), None, None, "land", message)])
+    return ConfigError.of(str(path), message, key="land")
 
 
 def _ring(points: object) -> FloatArray:

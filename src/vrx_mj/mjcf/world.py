@@ -6,17 +6,17 @@ Other simulators get MJCF without what they refuse.
 import hashlib
 import os
 import re
-import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
+from typing import NamedTuple
 
 from vrx_mj.arguments import as_path, check_name
 from vrx_mj.config.search import ReadingError, read_limited
-from vrx_mj.errors import StateError, VrxWarning
-from vrx_mj.mjcf.pieces import Piece, Pieces
+from vrx_mj.errors import StateError, warn
+from vrx_mj.mjcf.pieces import Pieces
 from vrx_mj.mjcf.saved import piece_files, read_world
 from vrx_mj.model.numbers import Number, numbers_of
 from vrx_mj.model.world import (
@@ -35,6 +35,10 @@ _HEADER = re.compile(r"(<mujoco [^<>]*>\s*<!-- [^\n]*compiled by vrx_mj)\.\n.*?-
 """First comment of a saved MJCF."""
 _ABOUT = re.compile(r'\s*<text name="vrx_mj/about"[^<>]*/>')
 """Text element that names the program."""
+_SLEEP = r' (?:sleep|sleep_tolerance)="[^"]*"', "sleep: the balls of shooters fall from their places under the ground"
+"""A part of our MJCF: a regular expression of its text, and what is different without it, as the header says it."""
+_AUTORESET = r' autoreset="[^"]*"', "autoreset: a run that diverges may start again"
+_TOUCHES = r'\s*<contact name="[^"]*"[^<>]*/>', "contact sensors: what the boat of a task touches"
 
 
 @dataclass(frozen=True, repr=False)
@@ -157,7 +161,7 @@ class World:
         folder = scene.parent
         world = world_of(lambda name: _read_file(folder / name), scene.stem, f"{folder}{os.sep}")
         if other := other_physics(world.parameters.physics_version):
-            warnings.warn(f"the world {scene} is {other}", VrxWarning, stacklevel=2)
+            warn(f"the world {scene} is {other}", 2)
         return world
 
 
@@ -191,36 +195,13 @@ def _scene(target: Path) -> Path:
     return target if target.suffix == ".xml" else target / "scene.xml"
 
 
-def make_world(mjcf: str, assets: Mapping[str, bytes], parameters: Parameters) -> World:
-    """The world of an MJCF that is one piece."""
-    return World(Pieces(Piece(mjcf, assets)), parameters)
-
-
-@dataclass(frozen=True)
-class _Omission:
-    """A part of our MJCF that a simulator refuses."""
-
-    pattern: str
-    """Regular expression of its text."""
-    consequence: str
-    """What is different without it, as the MJCF's header says it."""
-
-
-_SLEEP = _Omission(
-    r' (?:sleep|sleep_tolerance)="[^"]*"', "sleep: the balls of shooters fall from their places under the ground"
-)
-_AUTORESET = _Omission(r' autoreset="[^"]*"', "autoreset: a run that diverges may start again")
-_TOUCHES = _Omission(r'\s*<contact name="[^"]*"[^<>]*/>', "contact sensors: what the boat of a task touches")
-
-
-@dataclass(frozen=True)
-class Simulator:
+class Simulator(NamedTuple):
     """A program that reads our MJCF."""
 
     title: str
     """Its name for people."""
-    omissions: tuple[_Omission, ...] = ()
-    """What is left out for it."""
+    omissions: tuple[tuple[str, str], ...] = ()
+    """Parts that it refuses."""
 
 
 SIMULATORS: Mapping[str, Simulator] = {
@@ -238,12 +219,12 @@ def mjcf_for(mjcf: str, simulator: str) -> str:
         UnknownNameError: `SIMULATORS` has no such name.
     """
     check_name("simulator", simulator, SIMULATORS)
-    title, omissions = SIMULATORS[simulator].title, SIMULATORS[simulator].omissions
+    title, omissions = SIMULATORS[simulator]
     if not omissions:
         return mjcf
-    for omission in omissions:
-        mjcf = re.sub(omission.pattern, "", mjcf)
-    lines = "".join(f"\n         {omission.consequence}" for omission in omissions)
+    for pattern, _ in omissions:
+        mjcf = re.sub(pattern, "", mjcf)
+    lines = "".join(f"\n         {consequence}" for _, consequence in omissions)
     header = f"""\\1 for {title}.
 
        There is no sea here, no wind and no thrust: these come from vrx_mj's loop alone, and boats fall. Masses, joints,

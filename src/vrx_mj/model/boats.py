@@ -2,14 +2,12 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import field
 from pathlib import PurePath
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from vrx_mj.model.kinds import (
-    LEFT_OUT,
     TIED,
     Angle,
     Coefficient,
@@ -36,6 +34,7 @@ from vrx_mj.model.kinds import (
     Unless,
     Vec3,
     WindForce,
+    left_out,
     record,
 )
 from vrx_mj.physics.tables import BLADES, MESH, NEWTONS
@@ -91,7 +90,7 @@ class Strip:
     """Height at which the force of a strip acts [m]."""
     drag: NonNegative
     """Force of a strip over the square of its transverse velocity through the water [N s2/m2]."""
-    lift: NonNegative = field(default=0.0, metadata=LEFT_OUT)
+    lift: NonNegative = left_out(default=0.0)
     """Force of a strip over the product of its speed and its transverse velocity through the water [N s2/m2]."""
 
 
@@ -176,17 +175,15 @@ class Vessel:
     carried."""
     spread: Annotated[tuple[NonNegative, NonNegative], Parts("along", "across")]
     """Second moments of the waterplane over its area, about its centre, along and across the hull [m2]."""
-    strips: Annotated[tuple[Strip, ...], Field(max_length=MOST_STRIPS + MOST_SKEGS)] = field(
-        default=(), metadata=LEFT_OUT
-    )
+    strips: Annotated[tuple[Strip, ...], Field(max_length=MOST_STRIPS + MOST_SKEGS)] = left_out(default=())
     """Lateral area by strips, on which the flow across the hull acts, and skegs."""
-    resistance: Annotated[tuple[ResistancePoint, ...], Field(max_length=1000)] = field(default=(), metadata=LEFT_OUT)
+    resistance: Annotated[tuple[ResistancePoint, ...], Field(max_length=1000)] = left_out(default=())
     """Rising speeds through the water along x of `point`, and resistance there [m/s, N]."""
-    memory: Annotated[tuple[Memory, ...], Field(max_length=500)] = field(default=(), metadata=LEFT_OUT)
+    memory: Annotated[tuple[Memory, ...], Field(max_length=500)] = left_out(default=())
     """Memory of the waves that it makes."""
-    diffraction: Diffraction | None = field(default=None, metadata=LEFT_OUT)
+    diffraction: Diffraction | None = left_out(default=None)
     """Forces of the waves that it scatters; None: it feels the water's motion with its added mass and memory."""
-    drift: Drift | None = field(default=None, metadata=LEFT_OUT)
+    drift: Drift | None = left_out(default=None)
     """What its other forces lack of the mean force of waves, in a sea that has any."""
 
     @property
@@ -256,11 +253,11 @@ class Hull:
     """Number of its stations."""
     thruster_start: Annotated[Row, RowOf("thrusters", owned=True)]
     """First of its thrusters."""
-    windage: Windage | None = field(default=None, metadata=LEFT_OUT)
+    windage: Windage | None = left_out(default=None)
     """Windage, instead of wind coefficients."""
-    vessel: Vessel | None = field(default=None, metadata=LEFT_OUT)
+    vessel: Vessel | None = left_out(default=None)
     """Its model in profile `marine`, instead of stations, added mass and drag."""
-    inertia: Inertia | None = field(default=None, metadata=LEFT_OUT)
+    inertia: Inertia | None = left_out(default=None)
     """Moments of inertia of the MJCF's body; None: saved by a version that did not list them."""
 
 
@@ -300,9 +297,7 @@ class Propeller:
     """Largest size of a command that gives no thrust [1]."""
     power: NonNegative
     """Electric power at full thrust at rest [W]."""
-    four_quadrant: Annotated[tuple[QuadrantPoint, ...], Field(max_length=721), TIED] = field(
-        default=(), metadata=LEFT_OUT
-    )
+    four_quadrant: Annotated[tuple[QuadrantPoint, ...], Field(max_length=721), TIED] = left_out(default=())
     """Rising angles of advance all around, and coefficients C_T* and C_Q* there [degrees, 1, 1]."""
 
     @property
@@ -385,9 +380,9 @@ class Thruster:
     """Disc area of the propeller whose race a rudder is in [m2]."""
     race_share: Annotated[Share, Unless("has_no_race")]
     """Fraction of the blade in the race [1]."""
-    measured: Propeller | None = field(default=None, metadata=LEFT_OUT)
+    measured: Propeller | None = left_out(default=None)
     """Its propeller in profile `marine`, instead of `mapping`."""
-    sail: Sail | None = field(default=None, metadata=LEFT_OUT)
+    sail: Sail | None = left_out(default=None)
     """Its sail, where `mapping` is that of one."""
 
     @property
@@ -457,9 +452,9 @@ class Boat:
     """Name of the boat."""
     robot: Text
     """Kind of boat: a name, or the path that the fleet gives."""
-    arguments: Mapping[Text, Text] = field(default_factory=dict, metadata=LEFT_OUT)
+    arguments: Mapping[Text, Text] = left_out(default_factory=dict)
     """Arguments of its xacro."""
-    description: Description = field(default="", metadata=LEFT_OUT)
+    description: Description = left_out(default="")
     """URDF of the boat, whose namespace may be another's; empty if it is made of the package's own files alone."""
     thrusters: Text | None
     """Layout of its thrusters: a name, or the path that the fleet gives."""
@@ -475,13 +470,13 @@ class Boat:
     """Controller that the fleet names, as `module:function`."""
     pose: Pose
     """Pose at the start [m, rad]."""
-    life: Count = field(default=0, metadata=LEFT_OUT)
+    life: Count = left_out(default=0)
     """Number of boats of that name before it."""
-    autopilot: Annotated[tuple[AutopilotChannel, ...], Field(max_length=32)] = field(default=(), metadata=LEFT_OUT)
+    autopilot: Annotated[tuple[AutopilotChannel, ...], Field(max_length=32)] = left_out(default=())
     """Channels of its autopilot; empty: as usual."""
-    battery: Battery | None = field(default=None, metadata=LEFT_OUT)
+    battery: Battery | None = left_out(default=None)
     """Its battery."""
-    ais: AisClass | None = field(default=None, metadata=LEFT_OUT)
+    ais: AisClass | None = left_out(default=None)
     """Class of its AIS transponder; None: by its length."""
 
 
@@ -510,7 +505,7 @@ class Spawn:
 
     robot: Text = "wamv"
     """Kind of boat."""
-    arguments: Mapping[Text, Text] = field(default_factory=dict, metadata=LEFT_OUT)
+    arguments: Mapping[Text, Text] = left_out(default_factory=dict)
     """Arguments of its xacro."""
     thrusters: Text = "T"
     """Layout of its thrusters."""

@@ -7,12 +7,12 @@ from typing import Annotated, Any, TypeVar, cast, dataclass_transform
 from pydantic import AfterValidator, ConfigDict, Field, StringConstraints
 from pydantic_core import PydanticCustomError
 
+from vrx_mj.frames import Vector
+
 _Class = TypeVar("_Class")
 
 STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, revalidate_instances="always")
 """No value is turned into one of another kind, but for whole numbers into floats; no key is ignored."""
-LEFT_OUT: Mapping[str, bool] = {"left_out": True}
-"""Metadata of a field that JSON leaves out while it has its default."""
 TIED = object()
 """Mark of what is no parameter by itself: other numbers of the world, or its MJCF, belong to it."""
 HEADING = object()
@@ -28,7 +28,12 @@ _ROUNDING = 1e-6
 """How far the rows of a rotation may be from unit length and right angles."""
 
 
-@dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(field,))
+def left_out(**default: Any) -> Any:
+    """Field of a record that JSON leaves out while it has its default."""
+    return field(metadata={"left_out": True}, **default)
+
+
+@dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(field, left_out))
 def record(kind: type[_Class]) -> type[_Class]:
     """Make a class a frozen dataclass, given by names alone, whose values pydantic checks strictly."""
     kind.__pydantic_config__ = STRICT  # type: ignore[attr-defined]
@@ -76,10 +81,7 @@ class Unless:
         object.__setattr__(self, "names", names)
 
 
-_Triple = tuple[float, float, float]
-
-
-def _rotation(rows: tuple[_Triple, _Triple, _Triple]) -> tuple[_Triple, _Triple, _Triple]:
+def _rotation(rows: tuple[Vector, Vector, Vector]) -> tuple[Vector, Vector, Vector]:
     a, b, c = rows
     products = [_dot(a, a) - 1.0, _dot(b, b) - 1.0, _dot(c, c) - 1.0, _dot(a, b), _dot(b, c), _dot(c, a)]
     turned = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
@@ -88,7 +90,7 @@ def _rotation(rows: tuple[_Triple, _Triple, _Triple]) -> tuple[_Triple, _Triple,
     return rows
 
 
-def _dot(one: _Triple, other: _Triple) -> float:
+def _dot(one: Vector, other: Vector) -> float:
     return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
 
 

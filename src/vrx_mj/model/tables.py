@@ -18,6 +18,8 @@ import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.model.boats import (
+    Diffraction,
+    Drift,
     Hull,
     Memory,
     Propeller,
@@ -242,7 +244,7 @@ class HullTables(NamedTuple):
 def hull_tables(kinds: Sequence[Vessel]) -> HullTables:
     """Return the tables of kinds of hulls."""
     meshes = [_mesh(kind) for kind in kinds]
-    waves, means = [_diffraction(kind) for kind in kinds], [_drift(kind) for kind in kinds]
+    waves, means = [_entries(kind.diffraction, 2) for kind in kinds], [_entries(kind.drift, 1) for kind in kinds]
     rows: dict[str, list[Any]] = {
         "point": [mesh.points.T for mesh in meshes], "pair": [mesh.pairs for mesh in meshes],
         "part": [mesh.parts for mesh in meshes], "strip": [kind.strips for kind in kinds],
@@ -281,27 +283,14 @@ def hull_tables(kinds: Sequence[Vessel]) -> HullTables:
     )
 
 
-def _diffraction(kind: Vessel) -> FloatArray:
-    """Forces of waves on a hull, (frequencies, angles, ENTRY), up to a full turn."""
-    found = np.zeros((0, 0, ENTRY))
-    if kind.diffraction:
-        forces = _around(kind.diffraction.forces)
-        found = np.zeros((*forces.shape[:2], ENTRY))
-        found[:, :, :6], found[:, :, WIDTH : WIDTH + 6] = forces[:, :, :6], forces[:, :, 6:]
-    return found
-
-
-def _drift(kind: Vessel) -> FloatArray:
-    """What the forces on a hull lack, (frequencies, angles, ENTRY), up to a full turn."""
-    if not kind.drift:
+def _entries(own: Diffraction | Drift | None, parts: int) -> FloatArray:
+    """Forces by frequency and angle up to a full turn, (frequencies, angles, ENTRY), in so many parts of one width."""
+    if own is None:
         return np.zeros((0, 0, ENTRY))
-    forces = _around(kind.drift.forces)
-    return np.pad(forces, ((0, 0), (0, 0), (0, ENTRY - forces.shape[2])))
-
-
-def _around(values: npt.ArrayLike) -> FloatArray:
-    """Values (frequencies, angles, n) with those of the first angle once more at the end."""
-    return np.asarray(np.pad(values, ((0, 0), (0, 1), (0, 0)), mode="wrap"), np.float64)
+    around = np.pad(np.array(own.forces), ((0, 0), (0, 1), (0, 0)), mode="wrap")
+    room = ENTRY // parts
+    pieces = np.split(around, parts, axis=2)
+    return np.concatenate([np.pad(piece, ((0, 0), (0, 0), (0, room - piece.shape[2]))) for piece in pieces], axis=2)
 
 
 def starts(lists: Iterable[Sequence[object]]) -> list[int]:

@@ -1,14 +1,12 @@
 """Parts of a compiled world besides boats and water: floating and fixed objects, docks, signs, shore, georeference."""
 
 from collections.abc import Mapping
-from dataclasses import field
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from vrx_mj.frames import Geodetic
 from vrx_mj.model.kinds import (
-    LEFT_OUT,
     Count,
     Degrees,
     Flag,
@@ -30,6 +28,7 @@ from vrx_mj.model.kinds import (
     Vec2,
     Vec3,
     WindForce,
+    left_out,
     record,
 )
 
@@ -64,7 +63,7 @@ class Float:
     """First of its elements."""
     element_count: Count
     """Number of its elements."""
-    follower: Annotated[Index, RowOf("followers", owned=True)] = field(default=-1, metadata=LEFT_OUT)
+    follower: Annotated[Index, RowOf("followers", owned=True)] = left_out(default=-1)
     """Row of the follower that drives it along a path, or -1."""
 
 
@@ -204,7 +203,7 @@ class Object:
     """Name of the MJCF's body."""
     pose: Pose
     """Pose at the start [m, rad]."""
-    links: tuple[Text, ...] = field(default=(), metadata=LEFT_OUT)
+    links: tuple[Text, ...] = left_out(default=())
     """Names of the MJCF's bodies that hang on that one by joints, each after the one that it hangs on."""
 
 

@@ -1,7 +1,7 @@
 """Sea and wind of a compiled world."""
 
 import math
-from dataclasses import field, replace
+from dataclasses import replace
 from typing import Annotated
 
 from pydantic import Field
@@ -9,7 +9,6 @@ from pydantic import Field
 from vrx_mj.constants import WATER_DENSITY, WAVE_GRAVITY
 from vrx_mj.errors import CommandError
 from vrx_mj.model.kinds import (
-    LEFT_OUT,
     TIED,
     Flag,
     Heading,
@@ -20,6 +19,7 @@ from vrx_mj.model.kinds import (
     Share,
     Unless,
     Vec2,
+    left_out,
     record,
 )
 from vrx_mj.spectra import REGULAR, SPECTRA, SeaModel, Site, breaking_height, steepest_sea
@@ -39,9 +39,9 @@ class Wave:
     """Direction of travel [rad]."""
     steepness: Annotated[Share, TIED]
     """Share of the trochoid's horizontal motion; heights ignore it."""
-    orbital: Annotated[Real, TIED] | None = field(default=None, metadata=LEFT_OUT)
+    orbital: Annotated[Real, TIED] | None = left_out(default=None)
     """Amplitude of the water's horizontal velocity at the mean level [m/s]; None: a linear wave's, g k a / omega."""
-    energy_shape: Annotated[NonNegative, TIED] = field(default=0.0, metadata=LEFT_OUT)
+    energy_shape: Annotated[NonNegative, TIED] = left_out(default=0.0)
     """Shape of the Gamma distribution from which a run draws its energy, whose mean is this wave's [1]; 0: it is fixed.
     """
 
@@ -68,13 +68,13 @@ class Sea:
     """Period that the file gives [s]."""
     direction: Annotated[Vec2, TIED]
     """Direction that the file gives, along x and y."""
-    depth: Annotated[Positive, TIED] | None = field(default=None, metadata=LEFT_OUT)
+    depth: Annotated[Positive, TIED] | None = left_out(default=None)
     """Depth of the water [m]; None: deep."""
-    gravity: Annotated[Positive, TIED] = field(default=WAVE_GRAVITY, metadata=LEFT_OUT)
+    gravity: Annotated[Positive, TIED] = left_out(default=WAVE_GRAVITY)
     """Gravity of the waves and of their pressure [m/s2]."""
-    density: Annotated[Positive, TIED] = field(default=WATER_DENSITY, metadata=LEFT_OUT)
+    density: Annotated[Positive, TIED] = left_out(default=WATER_DENSITY)
     """Density of the water [kg/m3]."""
-    moving: Flag = field(default=0, metadata=LEFT_OUT)
+    moving: Flag = left_out(default=0)
     """1: the water's motion acts on floating bodies, as in profile `marine`."""
 
     @property

@@ -16,7 +16,7 @@ from vrx_mj.constants import LONGEST_STEP, PHYSICS_VERSION, SHORTEST_STEP
 from vrx_mj.frames import compass
 from vrx_mj.model import tasks
 from vrx_mj.model.boats import Boat, Hull, Spawn, Station, Thruster
-from vrx_mj.model.kinds import LEFT_OUT, Angle, Count, Matrix, NonNegative, Pose, Real, RowOf, Seed, Text, Vec3, record
+from vrx_mj.model.kinds import Angle, Count, Matrix, NonNegative, Pose, Real, RowOf, Seed, Text, Vec3, left_out, record
 from vrx_mj.model.tasks import Task
 from vrx_mj.model.things import (
     Block,
@@ -81,7 +81,7 @@ class Parameters:
 
     format: Annotated[int, pydantic.Field(ge=3, le=4)]
     """Version of the saved form."""
-    physics_version: Count = field(default=1, metadata=LEFT_OUT)
+    physics_version: Count = left_out(default=1)
     """`constants.PHYSICS_VERSION` that compiled it."""
     name: Text
     """Name of the world."""
@@ -101,11 +101,11 @@ class Parameters:
     """Sensors that measure at the origin of `base_link`."""
     sea: Sea
     """The waves."""
-    current: Current | None = field(default=None, metadata=LEFT_OUT)
+    current: Current | None = left_out(default=None)
     """The current."""
     wind: Wind
     """The wind."""
-    air: Air | None = field(default=None, metadata=LEFT_OUT)
+    air: Air | None = left_out(default=None)
     """Profile over height and gusts of the wind in profile `marine`."""
     hulls: tuple[Hull, ...]
     """Hulls of the boats, in their order."""
@@ -115,7 +115,7 @@ class Parameters:
     """Thrusters of the hulls."""
     floats: tuple[Float, ...]
     """Floating objects, in the order of `objects`."""
-    links: tuple[Float, ...] = field(default=(), metadata=LEFT_OUT)
+    links: tuple[Float, ...] = left_out(default=())
     """Links of objects that have joints: all but those that never move, in the order of `objects`."""
     elements: tuple[Element, ...]
     """Shapes of floating objects and blocks that displace water."""
@@ -123,7 +123,7 @@ class Parameters:
     """Blocks of floating docks, in the order of `docks`."""
     moorings: tuple[Mooring, ...]
     """Lines that hold blocks."""
-    ropes: tuple[Rope, ...] = field(default=(), metadata=LEFT_OUT)
+    ropes: tuple[Rope, ...] = left_out(default=())
     """Lines that hold floating objects."""
     followers: tuple[Follower, ...] = ()
     """Controllers that drive floating objects along paths."""
@@ -159,7 +159,7 @@ class Parameters:
     """Options of renderers."""
     camera: Pose | None = None
     """Pose from which a viewer looks at first [m, rad]."""
-    lives: Mapping[Text, Count] = field(default_factory=dict, metadata=LEFT_OUT)
+    lives: Mapping[Text, Count] = left_out(default_factory=dict)
     """Number of boats that a name had before, for those that left."""
 
     @property
@@ -258,14 +258,9 @@ def json_entries(values: Parameters | Mapping[str, object]) -> dict[str, str]:
 
 
 def joined_entries(entries: Mapping[str, str]) -> str:
-    """The text of all entries of parameters."""
+    """The text of all entries of parameters, of which `parameters_of` makes the same parameters again."""
     lines = (f'"{key}": {text}'.replace("\n", "\n ") for key, text in entries.items())
     return "{\n " + ",\n ".join(lines) + "\n}\n"
-
-
-def json_of(parameters: Parameters) -> str:
-    """The text from which `parameters_of` makes the same parameters again."""
-    return joined_entries(json_entries(parameters))
 
 
 def without_descriptions(parameters: Parameters) -> Parameters:

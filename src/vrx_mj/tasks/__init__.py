@@ -9,7 +9,7 @@ from vrx_mj.model.tasks import TaskBase
 from vrx_mj.tasks.courses import FollowPath, Gymkhana, NavigationCourse, Stationkeeping, Wayfinding
 from vrx_mj.tasks.dock import Docking
 from vrx_mj.tasks.perception import AcousticPerception, AcousticTracking, Perception
-from vrx_mj.tasks.referee import Referee, Rules
+from vrx_mj.tasks.referee import Referee
 from vrx_mj.tasks.wildlife import Wildlife
 
 Form = Literal["number", "numbers", "text", "place", "places"]
@@ -24,8 +24,8 @@ _DOCKING: Mapping[str, None] = {"color_sequence_open": None, "symbol": None}
 class TaskKind:
     """A type of task: its rules, what its score is (VRX's competition documents), and what a team may read of it."""
 
-    rules: Callable[[Any], Rules]
-    """Makes the rules from the task's compiled form."""
+    rules: Callable[[Any], Referee]
+    """Makes the referee from the task's compiled form."""
     score: str
     """What the score is."""
     unit: str
@@ -85,4 +85,4 @@ def make_referee(task: TaskBase) -> Referee:
     """
     if task.type not in TASK_KINDS:
         raise UnknownNameError("task type", task.type, TASK_KINDS)
-    return Referee(task, TASK_KINDS[task.type].rules(task))
+    return TASK_KINDS[task.type].rules(task)

@@ -17,7 +17,7 @@ from typing import Any, Literal, NamedTuple
 from vrx_mj.errors import StateError
 from vrx_mj.model import tasks
 from vrx_mj.model.world import tree_of
-from vrx_mj.tasks.referee import Frame, Outputs, Phase, Pose, Referee, Rules, RunningMean, SetPinger, TaskStatus
+from vrx_mj.tasks.referee import Frame, Outputs, Phase, Pose, Referee, RunningMean, SetPinger
 
 FAILURE_SCORE = 200.0
 """The score of a run that failed or whose time was up, though no run of 300 s scores as much."""
@@ -40,24 +40,24 @@ def distance(pose: Pose, goal: tasks.Goal | tasks.Pinger) -> float:
     return math.hypot(goal.x - pose.x, goal.y - pose.y)
 
 
-class Stationkeeping(Rules):
+class Stationkeeping(Referee):
     """The score is the mean error [m]; the way to the goal counts."""
 
     title = "station-keeping"
 
     def __init__(self, task: tasks.Stationkeeping) -> None:
-        self.state = RunningMean()
-        self._boat, self._goal, self._heading = task.boat, task.goal, task.heading
-        self._shown = tree_of(task.goal)
+        super().__init__(task, RunningMean())
+        self._goal, self._heading, self._shown = task.goal, task.heading, tree_of(task.goal)
 
-    def update(self, frame: Frame, referee: Referee) -> None:
+    def update(self, frame: Frame) -> None:
         """Take the error of a frame into the mean."""
-        error = pose_error(frame.poses[self._boat], self._goal, heading=self._heading)
-        referee.set_score(self.state.add(error))
+        error = pose_error(frame.poses[self.boat], self._goal, heading=self._heading)
+        self.set_score(self.state.add(error))
 
-    def outputs(self, status: TaskStatus) -> Outputs:
+    @property
+    def outputs(self) -> Outputs:
         """The goal from `ready` on, and the errors while it runs."""
-        if status.phase == "initial":
+        if self.status.phase == "initial":
             return {}
         return {"goal": dict(self._shown), **self.state.outputs}
 
@@ -70,34 +70,34 @@ class WayfindingState:
     """Least error of each waypoint since the run began [m], as station-keeping has them; none before."""
 
 
-class Wayfinding(Rules):
+class Wayfinding(Referee):
     """The score is the mean over the waypoints of the least error [m]; the run lasts until time is up."""
 
     title = "wayfinding"
 
     def __init__(self, task: tasks.Wayfinding) -> None:
-        self.state = WayfindingState()
-        self._boat, self._waypoints, self._shown = task.boat, task.waypoints, tree_of(task.waypoints)
+        super().__init__(task, WayfindingState())
+        self._waypoints, self._shown = task.waypoints, tree_of(task.waypoints)
 
     @property
-    def progress(self) -> dict[str, object]:
+    def parts(self) -> dict[str, object]:
         """The least errors [m]."""
         return {"waypoints": self.state.errors}
 
-    def update(self, frame: Frame, referee: Referee) -> None:
+    def update(self, frame: Frame) -> None:
         """Take the errors of a frame, where they are less than those before."""
-        boat = frame.poses[self._boat]
+        boat = frame.poses[self.boat]
         now = [pose_error(boat, waypoint) for waypoint in self._waypoints]
         self.state.errors = list(map(min, self.state.errors or now, now))
-        referee.set_score(sum(self.state.errors) / len(self.state.errors))
+        self.set_score(sum(self.state.errors) / len(self.state.errors))
 
-    def enter(self, phase: Phase, frame: Frame, referee: Referee) -> None:
+    def enter(self, phase: Phase, frame: Frame) -> None:
         """Log at the end how near the boat came."""
         if phase == "finished":
             for number, error in enumerate(self.state.errors, start=1):
-                referee.log(f"waypoint {number} of {len(self._waypoints)}: smallest error {error:.2f} m")
+                self.log(f"waypoint {number} of {len(self._waypoints)}: smallest error {error:.2f} m")
 
-    def check(self, state: WayfindingState) -> None:
+    def check_state(self, state: WayfindingState) -> None:
         """Check that there is an error for each waypoint, or none yet.
 
         Raises:
@@ -106,11 +106,12 @@ class Wayfinding(Rules):
         if len(state.errors) not in {0, len(self._waypoints)}:
             raise StateError(f"the state does not fit the task: {len(state.errors)} of {len(self._waypoints)} errors")
 
-    def outputs(self, status: TaskStatus) -> Outputs:
+    @property
+    def outputs(self) -> Outputs:
         """The waypoints from `ready` on, and the errors while it runs."""
-        if status.phase == "initial":
+        if self.status.phase == "initial":
             return {}
-        errors = {"min_errors": list(self.state.errors), "mean_error": status.score}
+        errors = {"min_errors": list(self.state.errors), "mean_error": self.status.score}
         return {"waypoints": [dict(each) for each in self._shown], **(errors if self.state.errors else {})}
 
 
@@ -170,15 +171,15 @@ class GatesState:
     """Side of each gate on which the boat was at the frame before."""
 
 
-class _GateRules(Rules):
+class _GateRules(Referee):
     """State and progress of a course of gates."""
 
     def __init__(self, task: tasks.Navigation | tasks.FollowPath) -> None:
-        self._boat, self._gates, self._penalty = task.boat, task.gates, task.obstacle_penalty
-        self.state = GatesState(["ahead"] * len(self._gates), ["outside"] * len(self._gates))
+        self._gates, self._penalty = task.gates, task.obstacle_penalty
+        super().__init__(task, GatesState(["ahead"] * len(self._gates), ["outside"] * len(self._gates)))
 
     @property
-    def progress(self) -> dict[str, object]:
+    def parts(self) -> dict[str, object]:
         """What became of the gates."""
         return {"gates": self.state.gates}
 
@@ -188,39 +189,39 @@ class NavigationCourse(_GateRules):
 
     title = "the navigation course"
 
-    def update(self, frame: Frame, referee: Referee) -> None:
+    def update(self, frame: Frame) -> None:
         """Look at the gates that are still ahead."""
-        status, gates = referee.status, self.state.gates
+        status, gates = self.status, self.state.gates
         spent = status.elapsed + status.collisions * self._penalty
-        referee.set_score(min(status.duration, spent) / len(gates))
+        self.set_score(min(status.duration, spent) / len(gates))
         for index, gate in enumerate(gates):
-            if gate == "ahead" and self._judge(index, frame, referee):
-                referee.set_score(FAILURE_SCORE)
-                referee.finish()
+            if gate == "ahead" and self._judge(index, frame):
+                self.set_score(FAILURE_SCORE)
+                self.finish()
                 return
         if "ahead" not in gates:
-            referee.finish()
+            self.finish()
 
-    def timeout_score(self, status: TaskStatus) -> float | None:
+    def timeout_score(self) -> float | None:
         """Score of a failure, as time is up."""
         return FAILURE_SCORE
 
-    def _judge(self, index: int, frame: Frame, referee: Referee) -> bool:
+    def _judge(self, index: int, frame: Frame) -> bool:
         """Note whether the boat passes a gate; whether that ends the run as a failure."""
         own = self.state
-        own.sides[index], way = passage(self._gates[index], own.sides[index], self._boat, frame)
+        own.sides[index], way = passage(self._gates[index], own.sides[index], self.boat, frame)
         if way is None:
             return False
         own.gates[index] = "crossed" if way == "forwards" else "backwards"
         if way == "backwards":
-            referee.log(f"gate {index + 1} crossed backwards: failed", "WARN")
+            self.log(f"gate {index + 1} crossed backwards: failed", "WARN")
             return True
         if "ahead" in own.gates[:index]:
             missed = own.gates.index("ahead")
             own.gates[missed:index] = ["missed"] * (index - missed)
-            referee.log(f"gate {index + 1} crossed before gate {missed + 1}: failed", "WARN")
+            self.log(f"gate {index + 1} crossed before gate {missed + 1}: failed", "WARN")
             return True
-        referee.log(f"gate {index + 1} of {len(own.gates)} crossed, {referee.status.elapsed:.1f} s")
+        self.log(f"gate {index + 1} of {len(own.gates)} crossed, {self.status.elapsed:.1f} s")
         return False
 
 
@@ -233,7 +234,7 @@ class FollowPath(_GateRules):
         super().__init__(task)
         self._points, self._bonus = task.points_per_gate_crossed, task.bonus
 
-    def update(self, frame: Frame, referee: Referee) -> None:
+    def update(self, frame: Frame) -> None:
         """Look at the gates that are still ahead.
 
         Until the first gate is crossed no other counts, and it cannot be lost by crossing it backwards.
@@ -244,15 +245,15 @@ class FollowPath(_GateRules):
                 return
             if gate != "ahead":
                 continue
-            own.sides[index], way = passage(self._gates[index], own.sides[index], self._boat, frame)
+            own.sides[index], way = passage(self._gates[index], own.sides[index], self.boat, frame)
             if way == "forwards" or (way == "backwards" and index > 0):
-                self._pass(index, way, referee)
+                self._pass(index, way)
 
-    def take_hit(self, other: str, frame: Frame, referee: Referee) -> None:
+    def take_hit(self, other: str, frame: Frame) -> None:
         """Subtract the penalty of a collision; the score stays at 0 or more."""
-        referee.set_score(max(0.0, referee.status.score - self._penalty))
+        self.set_score(max(0.0, self.status.score - self._penalty))
 
-    def _pass(self, index: int, way: _Passage, referee: Referee) -> None:
+    def _pass(self, index: int, way: _Passage) -> None:
         """Note that a gate was passed, after which no gate before it counts."""
         gates = self.state.gates
         last = index == len(gates) - 1
@@ -260,14 +261,14 @@ class FollowPath(_GateRules):
         if way == "forwards":
             gates[index] = "crossed"
             in_a_row = index > 0 and gates[index - 1] == "crossed"
-            status = referee.status
-            referee.set_score(status.score + self._points + self._bonus * (in_a_row + last))
-            referee.log(f"gate {index + 1} of {len(gates)} crossed, {status.elapsed:.1f} s: {status.score:g} points")
+            status = self.status
+            self.set_score(status.score + self._points + self._bonus * (in_a_row + last))
+            self.log(f"gate {index + 1} of {len(gates)} crossed, {status.elapsed:.1f} s: {status.score:g} points")
         else:
             gates[index] = "backwards"
-            referee.log(f"gate {index + 1} crossed backwards: no points for it", "WARN")
+            self.log(f"gate {index + 1} crossed backwards: no points for it", "WARN")
         if last:
-            referee.finish()
+            self.finish()
 
 
 def _channel_referee(task: tasks.Gymkhana) -> Referee:
@@ -276,9 +277,8 @@ def _channel_referee(task: tasks.Gymkhana) -> Referee:
     base |= vars(task.channel) | {"name": f"{task.name}_channel", "locked": False, "held": False}
     if task.profile == "vrx3":
         path = tasks.FollowPath(**base | {"type": "follow_path", "points_per_gate_crossed": 10.0, "bonus": 1.0})
-        return Referee(path, FollowPath(path))
-    course = tasks.Navigation(**base | {"type": "navigation_course"})
-    return Referee(course, NavigationCourse(course))
+        return FollowPath(path)
+    return NavigationCourse(tasks.Navigation(**base | {"type": "navigation_course"}))
 
 
 @dataclass
@@ -289,18 +289,17 @@ class GymkhanaState(RunningMean):
     """What the channel's referee dumped."""
 
 
-class Gymkhana(Rules):
+class Gymkhana(Referee):
     """The score is `FAILURE_SCORE` until the channel is finished, then the mean distance to the beacon [m]."""
 
     title = "the gymkhana"
     watches_early = True
 
     def __init__(self, task: tasks.Gymkhana) -> None:
-        self._boat, self._pinger = task.boat, task.pinger
-        self._penalty = task.obstacle_penalty
+        self._pinger, self._penalty = task.pinger, task.obstacle_penalty
         self._may_fail = task.profile != "vrx3"
         self._channel = _channel_referee(task)
-        self._sums = GymkhanaState()
+        super().__init__(task, GymkhanaState(channel=self._channel.dump()))
 
     @property
     def state(self) -> GymkhanaState:
@@ -314,35 +313,35 @@ class Gymkhana(Rules):
         self._sums = GymkhanaState(state.frames, state.total, state.error)
 
     @property
-    def progress(self) -> dict[str, object]:
+    def parts(self) -> dict[str, object]:
         """What became of the gates."""
         return self._channel.progress
 
-    def enter(self, phase: Phase, frame: Frame, referee: Referee) -> None:
+    def enter(self, phase: Phase, frame: Frame) -> None:
         """Put the beacon in its place; at the end, let the channel's time be up too."""
         if phase == "ready":
-            referee.act(SetPinger(self._boat, (self._pinger.x, self._pinger.y, self._pinger.z)))
+            self.act(SetPinger(self.boat, (self._pinger.x, self._pinger.y, self._pinger.z)))
         if phase == "finished":
-            self._watch_channel(frame, referee)
+            self._watch_channel(frame)
 
-    def update(self, frame: Frame, referee: Referee) -> None:
+    def update(self, frame: Frame) -> None:
         """Watch the channel, and take the distance of a frame into the mean."""
-        self._watch_channel(frame, referee)
-        if referee.status.phase != "running":
+        self._watch_channel(frame)
+        if self.status.phase != "running":
             return
-        channel, mean = self._channel, self._sums.add(distance(frame.poses[self._boat], self._pinger))
-        referee.set_score(mean if channel.is_over else FAILURE_SCORE)
+        channel, mean = self._channel, self._sums.add(distance(frame.poses[self.boat], self._pinger))
+        self.set_score(mean if channel.is_over else FAILURE_SCORE)
         if self._may_fail and channel.is_over and channel.status.score == FAILURE_SCORE:
-            referee.set_score(FAILURE_SCORE)
-            referee.finish()
+            self.set_score(FAILURE_SCORE)
+            self.finish()
 
-    def timeout_score(self, status: TaskStatus) -> float | None:
+    def timeout_score(self) -> float | None:
         """The mean with penalties, which are added only here; a channel that ran out of time has failed without."""
         if self._may_fail and not self._channel.is_over:
             return FAILURE_SCORE
-        return status.score + status.collisions * self._penalty
+        return self.status.score + self.status.collisions * self._penalty
 
-    def check(self, state: GymkhanaState) -> None:
+    def check_state(self, state: GymkhanaState) -> None:
         """Check the part of the channel's referee.
 
         Raises:
@@ -350,12 +349,13 @@ class Gymkhana(Rules):
         """
         self._channel.check(state.channel)
 
-    def outputs(self, status: TaskStatus) -> Outputs:
+    @property
+    def outputs(self) -> Outputs:
         """The beacon's place from `ready` on, the distances while it runs, and how the channel goes."""
-        if status.phase == "initial":
+        if self.status.phase == "initial":
             return {"channel": self._channel.info}
         return {"goal": tree_of(self._pinger), **self._sums.outputs, "channel": self._channel.info}
 
-    def _watch_channel(self, frame: Frame, referee: Referee) -> None:
+    def _watch_channel(self, frame: Frame) -> None:
         for text, level in self._channel.look(frame).lines:
-            referee.log(text, level)
+            self.log(text, level)

@@ -12,12 +12,12 @@ from typing import Any
 from vrx_mj.config.docks import LIGHT_COLORS
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, StateError, quote
+from vrx_mj.frames import Vector
 from vrx_mj.model import tasks
-from vrx_mj.tasks.referee import Frame, LightUp, Outputs, Phase, Place, Pose, Referee, Rules, ShowSymbol, TaskStatus
+from vrx_mj.tasks.referee import Frame, LightUp, Outputs, Phase, Place, Pose, Referee, ShowSymbol
 
 _TOPIC = "color_sequence"
 """Name of the message that reports the colours."""
-_Point = tuple[float, float, float]
 MAX_BALL_SPEED = 30.0
 """Speed of a ball [m/s] beyond which it did not fly but was put somewhere: it is shot anew. VRX's leaves at 7.5 m/s."""
 _HIT_KEYS: Mapping[str, Any] = {"time": int | float, "ball": str, "bay": str, "size": str, "points": int | float}
@@ -50,7 +50,7 @@ def has_entered(box: tasks.Box, before: Sequence[float], now: Sequence[float], r
     return crosses(box, before, now) if math.dist(before, now) <= reach else is_in(box, now)
 
 
-def relative(anchor: Pose, pose: Pose) -> _Point:
+def relative(anchor: Pose, pose: Pose) -> Vector:
     """Where `pose` is in the frame of `anchor` [m]: R^T (p - o), with R the rotation of the unit quaternion (w, q).
 
     Reference: R^T v = v + w t + t x q with t = 2 v x q.
@@ -87,7 +87,7 @@ class DockingState:
     """Holes hit: time [s], ball, bay, size and points."""
 
 
-class Docking(Rules):
+class Docking(Referee):
     """The score is in points; none are lost when time is up.
 
     VRX's quirks are kept: a boat docks once, and gets points also in a wrong bay; a ball counts in any placard's hole,
@@ -101,21 +101,20 @@ class Docking(Rules):
     state: DockingState
 
     def __init__(self, task: tasks.Dock) -> None:
-        self.state = DockingState()
-        self._boat, self._anchor = task.boat, task.anchor
-        self._balls = task.balls
+        super().__init__(task, DockingState())
+        self._anchor, self._balls = task.anchor, task.balls
         self._bays = task.bays
         self._holes = [(hole, tasks.Box(center=hole.center, size=hole.box)) for hole in task.holes if hole.points]
         self._buoy, self._colors = task.light_buoy, [color.lower() for color in task.color_sequence]
         self._asks_colors, self._color_points = task.enable_color_checker, task.color_bonus_points
-        self.message = _TOPIC if self._asks_colors else Rules.message
+        self.message = _TOPIC if self._asks_colors else None
         self._dock_points, self._right_points = task.dock_bonus_points, task.correct_dock_bonus_points
         self._stay = task.min_dock_time
         self._early_zones = self._announces = task.profile != "vrx3"
         self._symbol = next((bay.symbol for bay in reversed(self._bays) if bay.dock_allowed), None)
 
     @property
-    def progress(self) -> dict[str, object]:
+    def parts(self) -> dict[str, object]:
         """The bay the boat is in and for how long, those it docked in, the one it backed out of, colours and hits."""
         own = self.state
         return {
@@ -127,30 +126,30 @@ class Docking(Rules):
             "hits": own.hits,
         }
 
-    def enter(self, phase: Phase, frame: Frame, referee: Referee) -> None:
+    def enter(self, phase: Phase, frame: Frame) -> None:
         """Tell the placards their symbols, twice as VRX does; light the buoy and open the ears as it begins to run."""
         self.state.colors_open = phase == "running" and self._asks_colors
         if phase == "finished":
             return
         for bay in self._bays:
             if bay.placard is not None:
-                referee.act(ShowSymbol(bay.placard, bay.symbol))
+                self.act(ShowSymbol(bay.placard, bay.symbol))
         if phase == "running" and self._buoy is not None:
             first, second, third = self._colors
-            referee.act(LightUp(self._buoy, (first, second, third)))
+            self.act(LightUp(self._buoy, (first, second, third)))
 
-    def update(self, frame: Frame, referee: Referee) -> None:
+    def update(self, frame: Frame) -> None:
         """Listen, then look for balls in holes, then for the boat: all that falls into the last frame counts."""
         dock = frame.poses[self._anchor]
         for message in frame.messages:
             if message.topic == _TOPIC:
-                self._judge_colors(message.content, referee)
+                self._judge_colors(message.content)
         if self._holes:
-            self._follow_balls(frame, dock, referee)
-        if self._early_zones or referee.status.phase == "running":
-            self._follow_boat(frame, dock, referee)
+            self._follow_balls(frame, dock)
+        if self._early_zones or self.status.phase == "running":
+            self._follow_boat(frame, dock)
 
-    def check(self, state: DockingState) -> None:
+    def check_state(self, state: DockingState) -> None:
         """Every hit has all keys that teams see.
 
         Raises:
@@ -160,40 +159,39 @@ class Docking(Rules):
             if hit.keys() != _HIT_KEYS.keys() or not all(isinstance(hit[key], kind) for key, kind in _HIT_KEYS.items()):
                 raise StateError(f"the state does not fit the task: a hit needs {', '.join(_HIT_KEYS)}")
 
-    def outputs(self, status: TaskStatus) -> Outputs:
+    @property
+    def outputs(self) -> Outputs:
         """Whether the colours may be sent and, from `ready` on, the symbol of the right bay (the last, if several).
 
         Classic VRX publishes the symbol in all these tasks, VRX 3 in none.
         """
         seen: Outputs = {"color_sequence_open": self.state.colors_open}
-        if status.phase != "initial" and self._symbol is not None and self._announces:
+        if self.status.phase != "initial" and self._symbol is not None and self._announces:
             seen["symbol"] = self._symbol
         return seen
 
-    def accept(self, topic: str, content: object) -> object:
+    def checked_content(self, content: object) -> object:
         """The colours of the light buoy, in small letters; whether they count is seen at the next frame.
 
         Raises:
-            CommandError: the task takes no such message, or they are no three colours.
+            CommandError: they are no three colours.
         """
-        if topic != self.message:
-            return super().accept(topic, content)
         return _colors(content)
 
     # Inside
 
-    def _judge_colors(self, colors: Sequence[str], referee: Referee) -> None:
+    def _judge_colors(self, colors: Sequence[str]) -> None:
         own = self.state
         if not own.colors_open:
-            referee.log("colours ignored: they are accepted once, while the task runs", "WARN")
+            self.log("colours ignored: they are accepted once, while the task runs", "WARN")
             return
         own.colors_open, own.colors = False, list(colors)
         right = own.colors == self._colors
         if right:
-            referee.set_score(referee.status.score + self._color_points)
-        referee.log(f"colours {', '.join(colors)}: {f'right, {self._color_points:g} points' if right else 'wrong'}")
+            self.set_score(self.status.score + self._color_points)
+        self.log(f"colours {', '.join(colors)}: {f'right, {self._color_points:g} points' if right else 'wrong'}")
 
-    def _follow_balls(self, frame: Frame, dock: Pose, referee: Referee) -> None:
+    def _follow_balls(self, frame: Frame, dock: Pose) -> None:
         """Look along the straight way of each ball since the frame before, as the dock sees it.
 
         A ball flies 0.4 m between frames, further than a small hole is long; gravity bends its way there by 3 mm. What
@@ -209,50 +207,48 @@ class Docking(Rules):
             if before != now:
                 for_points += [(ball, hole) for hole, box in self._holes if has_entered(box, before, now, reach)]
         own.seen = frame.time
-        if for_points and referee.status.phase == "running":
+        if for_points and self.status.phase == "running":
             ball, hole = for_points[-1]
-            self._reward(ball, hole, frame.time, referee)
+            self._reward(ball, hole, frame.time)
 
-    def _reward(self, ball: str, hole: tasks.Hole, time: float, referee: Referee) -> None:
-        referee.set_score(referee.status.score + hole.points)
+    def _reward(self, ball: str, hole: tasks.Hole, time: float) -> None:
+        self.set_score(self.status.score + hole.points)
         self.state.hits.append({"time": time, "ball": ball, "bay": hole.bay, "size": hole.size, "points": hole.points})
-        referee.log(f"ball through the {hole.size} hole of {hole.bay}: {hole.points:g} points")
+        self.log(f"ball through the {hole.size} hole of {hole.bay}: {hole.points:g} points")
 
-    def _follow_boat(self, frame: Frame, dock: Pose, referee: Referee) -> None:
-        own, place = self.state, relative(dock, frame.poses[self._boat])
+    def _follow_boat(self, frame: Frame, dock: Pose) -> None:
+        own, place = self.state, relative(dock, frame.poses[self.boat])
         for bay in self._bays:
-            self._time_stay(bay, is_in(bay.internal, place), frame.time, referee)
+            self._time_stay(bay, is_in(bay.internal, place), frame.time)
         own.bay, came = next(iter(own.inside.items()), ("", frame.time))
         own.time_in_bay = frame.time - came
         for bay in self._bays:
             if bay.name in own.docked and is_in(bay.external, place):
-                self._back_out(bay, referee)
+                self._back_out(bay)
                 return
 
-    def _time_stay(self, bay: tasks.Bay, inside: bool, time: float, referee: Referee) -> None:
+    def _time_stay(self, bay: tasks.Bay, inside: bool, time: float) -> None:
         """Time the stay in a bay; a boat that leaves too early begins anew."""
         own, docked = self.state, bay.name in self.state.docked
         if inside and bay.name not in own.inside:
             own.inside[bay.name] = time
-            referee.log(f"{self._boat} enters {bay.name}")
+            self.log(f"{self.boat} enters {bay.name}")
         elif not inside and bay.name in own.inside:
             stay = time - own.inside.pop(bay.name)
             early = "" if docked else f", too early: {self._stay:g} s are needed"
-            referee.log(f"{self._boat} leaves {bay.name} after {stay:.2f} s{early}", "INFO" if docked else "WARN")
+            self.log(f"{self.boat} leaves {bay.name} after {stay:.2f} s{early}", "INFO" if docked else "WARN")
         if inside and not docked and time - own.inside[bay.name] >= self._stay - EARLY:
             own.docked.append(bay.name)
-            referee.log(f"{self._boat} has docked in {bay.name}; points are given when it backs out")
+            self.log(f"{self.boat} has docked in {bay.name}; points are given when it backs out")
 
-    def _back_out(self, bay: tasks.Bay, referee: Referee) -> None:
+    def _back_out(self, bay: tasks.Bay) -> None:
         """Give the points, if the task runs, and end it."""
         points = self._dock_points + (self._right_points if bay.dock_allowed else 0.0)
-        worth = f"{points:g} points" if referee.status.phase == "running" else "no points before the task runs"
+        worth = f"{points:g} points" if self.status.phase == "running" else "no points before the task runs"
         self.state.left = bay.name
-        referee.set_score(referee.status.score + points)
-        referee.log(
-            f"{self._boat} backs out of {bay.name}, the {'right' if bay.dock_allowed else 'wrong'} bay: {worth}"
-        )
-        referee.finish()
+        self.set_score(self.status.score + points)
+        self.log(f"{self.boat} backs out of {bay.name}, the {'right' if bay.dock_allowed else 'wrong'} bay: {worth}")
+        self.finish()
 
 
 def _colors(content: object) -> list[str]:

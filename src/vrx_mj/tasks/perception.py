@@ -19,10 +19,8 @@ from vrx_mj.tasks.referee import (
     PlaceObject,
     Pose,
     Referee,
-    Rules,
     RunningMean,
     SetPinger,
-    TaskStatus,
 )
 
 _MISSED_ERROR = 10.0
@@ -62,17 +60,17 @@ class PerceptionState:
     """Whether there was a report of each."""
 
 
-class Perception(Rules):
+class Perception(Referee):
     """The score is the sum of errors [m] while it runs, and at its end their mean."""
 
     title, message = "perception", "landmark"
 
     def __init__(self, task: tasks.Perception) -> None:
-        self._boat, self._objects, self._loops = task.boat, task.objects, task.loop_forever
-        self.state = self._round(0.0)
+        self._objects, self._loops = task.objects, task.loop_forever
+        super().__init__(task, self._round(0.0))
 
     @property
-    def progress(self) -> dict[str, object]:
+    def parts(self) -> dict[str, object]:
         """Which objects are up, and the errors [m] of the reports."""
         return {
             "objects": [thing.name for thing in self._objects],
@@ -80,32 +78,31 @@ class Perception(Rules):
             "errors": self.state.errors,
         }
 
-    def update(self, frame: Frame, referee: Referee) -> None:
+    def update(self, frame: Frame) -> None:
         """Take the reports, then show and hide objects."""
         for message in frame.messages:
-            self._report(message.content, frame, referee)
+            self._report(message.content, frame)
         own = self.state
         for index, thing in enumerate(self._objects):
-            past = referee.status.elapsed - own.round_time - thing.time
+            past = self.status.elapsed - own.round_time - thing.time
             if own.shown[index] and past > thing.duration + EARLY:
-                self._hide(index, referee)
+                self._hide(index)
             elif not own.shown[index] and EARLY < past < thing.duration:
-                self._show(index, frame, referee)
+                self._show(index, frame)
         if own.gone == len(self._objects):
-            referee.set_score(self.state.total / len(self._objects))
+            self.set_score(self.state.total / len(self._objects))
             if self._loops:
-                self.state = self._round(referee.status.elapsed)
+                self.state = self._round(self.status.elapsed)
             else:
-                referee.finish()
+                self.finish()
 
-    def outputs(self, status: TaskStatus) -> Outputs:
+    @property
+    def outputs(self) -> Outputs:
         """The types that reports name."""
         return {"types": sorted({thing.type for thing in self._objects})}
 
-    def accept(self, topic: str, content: object) -> object:
+    def checked_content(self, content: object) -> object:
         """A report of a landmark: its type, x and y [m, ENU]."""
-        if topic != self.message:
-            return super().accept(topic, content)
         if not isinstance(content, Mapping) or set(content) != _LANDMARK_KEYS:
             what = (
                 f"the keys {', '.join(map(str, content)) or 'none'}" if isinstance(content, Mapping) else quote(content)
@@ -122,11 +119,11 @@ class Perception(Rules):
         count = len(self._objects)
         return PerceptionState([False] * count, [_MISSED_ERROR] * count, round_time=start, found=[False] * count)
 
-    def _report(self, landmark: Mapping[str, Any], frame: Frame, referee: Referee) -> None:
+    def _report(self, landmark: Mapping[str, Any], frame: Frame) -> None:
         """Each report uses up an attempt, right or wrong, and counts for all objects of its type that are up."""
         own = self.state
         if not own.attempts:
-            referee.log(f"landmark {landmark['type']} ignored: no attempts left", "WARN")
+            self.log(f"landmark {landmark['type']} ignored: no attempts left", "WARN")
             return
         own.attempts -= 1
         hits = [
@@ -136,27 +133,27 @@ class Perception(Rules):
             name = self._objects[index].name
             error = math.hypot(landmark["x"] - frame.poses[name].x, landmark["y"] - frame.poses[name].y)
             own.errors[index], own.found[index] = min(_MAX_ERROR, own.errors[index], error), True
-            referee.log(f"landmark {name} found, error {error:.2f} m")
+            self.log(f"landmark {name} found, error {error:.2f} m")
         if not hits:
-            referee.log(f"landmark {landmark['type']} is not present now", "WARN")
+            self.log(f"landmark {landmark['type']} is not present now", "WARN")
 
-    def _show(self, index: int, frame: Frame, referee: Referee) -> None:
+    def _show(self, index: int, frame: Frame) -> None:
         thing = self._objects[index]
         self.state.shown[index] = True
         self.state.attempts += 1
-        referee.act(PlaceObject(thing.name, ahead_of(frame.poses[self._boat], thing.pose)))
-        referee.log(f"landmark {thing.name} appears")
+        self.act(PlaceObject(thing.name, ahead_of(frame.poses[self.boat], thing.pose)))
+        self.log(f"landmark {thing.name} appears")
 
-    def _hide(self, index: int, referee: Referee) -> None:
+    def _hide(self, index: int) -> None:
         own, thing = self.state, self._objects[index]
         own.shown[index] = False
         own.attempts = max(0, own.attempts - 1)
         own.gone += 1
         own.total += own.errors[index]
-        referee.act(PlaceObject(thing.name, thing.stash))
-        referee.set_score(own.total)
+        self.act(PlaceObject(thing.name, thing.stash))
+        self.set_score(own.total)
         result = f"error {own.errors[index]:.2f} m" if own.found[index] else f"not found, {_MISSED_ERROR:g} m"
-        referee.log(f"landmark {thing.name} disappears: {result}")
+        self.log(f"landmark {thing.name} disappears: {result}")
 
 
 def _metres(key: str, value: object) -> float:
@@ -173,7 +170,7 @@ class AcousticPerceptionState:
     """Distance to the beacon [m], in space; None before the first frame, at which the beacon is put to its place."""
 
 
-class AcousticPerception(Rules):
+class AcousticPerception(Referee):
     """The score is the time until the boat is within `goal_tolerance` of the beacon; a run in vain has the full time.
 
     As in VRX the distance is taken in space, so that a deep beacon leaves less room, and the task ends in any phase: a
@@ -186,27 +183,25 @@ class AcousticPerception(Rules):
     state: AcousticPerceptionState
 
     def __init__(self, task: tasks.AcousticPerception) -> None:
-        self.state = AcousticPerceptionState()
-        self._boat, self._tolerance = task.boat, task.goal_tolerance
+        super().__init__(task, AcousticPerceptionState())
+        self._tolerance = task.goal_tolerance
         self._pinger = (task.pinger.x, task.pinger.y, task.pinger.z)
 
-    def update(self, frame: Frame, referee: Referee) -> None:
+    def update(self, frame: Frame) -> None:
         """Look whether the boat is there."""
         own = self.state
         if own.distance is None:
-            referee.act(SetPinger(self._boat, self._pinger))
-        boat = frame.poses[self._boat]
+            self.act(SetPinger(self.boat, self._pinger))
+        boat = frame.poses[self.boat]
         own.distance = math.dist((boat.x, boat.y, boat.z), self._pinger)
-        referee.set_score(referee.status.elapsed)
+        self.set_score(self.status.elapsed)
         if own.distance <= self._tolerance:
-            referee.log(
-                f"{self._boat} is {own.distance:.2f} m from the beacon: found after {referee.status.elapsed:.2f} s"
-            )
-            referee.finish()
+            self.log(f"{self.boat} is {own.distance:.2f} m from the beacon: found after {self.status.elapsed:.2f} s")
+            self.finish()
 
-    def timeout_score(self, status: TaskStatus) -> float | None:
+    def timeout_score(self) -> float | None:
         """The full time."""
-        return status.duration
+        return self.status.duration
 
 
 @dataclass
@@ -217,7 +212,7 @@ class AcousticTrackingState(RunningMean):
     """Time at which the beacon of the receivers is placed next [s]."""
 
 
-class AcousticTracking(Rules):
+class AcousticTracking(Referee):
     """The score is the mean horizontal distance to the beacon [m], at time-out with a penalty for every collision.
 
     VRX's quirk is kept: receivers hear the beacon `pinger_depth` above the water, not below it.
@@ -227,22 +222,22 @@ class AcousticTracking(Rules):
     state: AcousticTrackingState
 
     def __init__(self, task: tasks.AcousticTracking) -> None:
-        self.state = AcousticTrackingState()
-        self._boat, self._pinger = task.boat, task.pinger
-        self._height, self._penalty = task.pinger_depth, task.obstacle_penalty
+        super().__init__(task, AcousticTrackingState())
+        self._pinger, self._height, self._penalty = task.pinger, task.pinger_depth, task.obstacle_penalty
 
-    def update(self, frame: Frame, referee: Referee) -> None:
+    def update(self, frame: Frame) -> None:
         """Take the distance of a frame into the mean, and have the beacon sound from where it is."""
-        own, boat, pinger = self.state, frame.poses[self._boat], frame.poses[self._pinger]
+        own, boat, pinger = self.state, frame.poses[self.boat], frame.poses[self._pinger]
         if frame.time >= own.due - EARLY:
             own.due = frame.time + _PINGER_PERIOD
-            referee.act(SetPinger(self._boat, (pinger.x, pinger.y, self._height)))
-        referee.set_score(own.add(math.hypot(pinger.x - boat.x, pinger.y - boat.y)))
+            self.act(SetPinger(self.boat, (pinger.x, pinger.y, self._height)))
+        self.set_score(own.add(math.hypot(pinger.x - boat.x, pinger.y - boat.y)))
 
-    def timeout_score(self, status: TaskStatus) -> float | None:
+    def timeout_score(self) -> float | None:
         """The mean and the penalties, also those of collisions before the run began, as in VRX."""
-        return status.score + self._penalty * status.collisions
+        return self.status.score + self._penalty * self.status.collisions
 
-    def outputs(self, status: TaskStatus) -> Outputs:
+    @property
+    def outputs(self) -> Outputs:
         """The errors, once it runs."""
         return self.state.outputs

@@ -19,7 +19,7 @@ from vrx_mj.config.loading import fault_text
 from vrx_mj.config.tree import literal
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, StateError
-from vrx_mj.frames import heading
+from vrx_mj.frames import Vector, heading
 from vrx_mj.model.tasks import TaskBase, followed_things
 
 Count = Annotated[int, Field(ge=0, le=1 << 53)]
@@ -213,7 +213,7 @@ class SetPinger:
     """Put the beacon that all receivers of a boat hear somewhere."""
 
     boat: str
-    position: tuple[float, float, float]
+    position: Vector
     """Position [m, ENU]."""
 
 
@@ -294,64 +294,25 @@ Outputs = dict[str, Any]
 """What a team may read of its task, by topic: plain data, as JSON holds it."""
 
 
-class Rules:
-    """One task's rules. All that changes is in `state`, a dataclass of numbers, strings, lists and dicts.
+class Referee:
+    """One task of a compiled world under way; a subclass has the rules of a kind of task.
 
     By default phases and hits change nothing, the score stays when time is up, and no messages are taken.
     """
 
     state: Any
+    """All that changes besides `status`: a dataclass of numbers, strings, lists and dicts."""
     counts_hits = True
     """Whether a hit goes into the count of collisions."""
     title = "the task"
     """Name in error messages."""
-    message = "none"
+    message: str | None = None
     """Topic of the message that a team may send."""
     watches_early = False
     """Whether `update` sees the frames before the task runs, too."""
 
-    @property
-    def progress(self) -> Mapping[str, object]:
-        """How far the parts of the task are, such as gates, for maps and recordings: plain data."""
-        return {}
-
-    def enter(self, phase: Phase, frame: Frame, referee: "Referee") -> None:
-        """Enter `ready`, `running` or `finished` (by `referee.status.timed_out` or not) at this frame."""
-
-    def update(self, frame: Frame, referee: "Referee") -> None:
-        """Look at a frame, while the task runs; the frame at which it begins comes after `enter`."""
-
-    def take_hit(self, other: str, frame: Frame, referee: "Referee") -> None:
-        """Take a hit by the boat, outside the dead time after the hit before; `status.collisions` counts it."""
-
-    def timeout_score(self, status: TaskStatus) -> float | None:
-        """The score of a run whose time is up, None for the one that it has; only one above 0 counts, as in VRX."""
-        return None
-
-    def check(self, state: Any) -> None:
-        """Check of a saved `state` what types of fields and lengths of lists leave open.
-
-        Raises:
-            StateError: it cannot be a state of these rules.
-        """
-
-    def outputs(self, status: TaskStatus) -> Outputs:
-        """What the team sees now besides phase, times and score."""
-        return {}
-
-    def accept(self, topic: str, content: object) -> object:
-        """Check what the team sends; returns it as `Frame.messages` shall hold it.
-
-        Raises:
-            CommandError: the task takes no such message, or its content is wrong.
-        """
-        raise CommandError(f"{self.title} takes no message {literal(topic)}; known: {self.message}")
-
-
-class Referee:
-    """One task of a compiled world under way."""
-
-    def __init__(self, task: TaskBase, rules: Rules) -> None:
+    def __init__(self, task: TaskBase, state: Any) -> None:
+        """Begin in a state of the rules."""
         initial, ready, running = task.durations
         self.type, self.name, self.boat = task.type, task.name, task.boat
         self.buffer = dead_time(task)
@@ -359,14 +320,14 @@ class Referee:
         self.held_throughout = task.held
         self.locked = task.locked
         self._start = TaskStatus(initial, initial + ready, running)
-        self._rules = rules
-        self._first = asdict(rules.state)
+        self._kind: Any = state.__class__
+        self._first = asdict(state)
         self.restart()
 
     def restart(self) -> None:
         """Begin anew."""
         self.status = replace(self._start)
-        self._load_rules(self._first)
+        self._load_state(self._first)
         self._actions: list[Action] = []
         self._lines: list[tuple[str, str]] = []
 
@@ -381,8 +342,8 @@ class Referee:
         if not self.is_over:
             self._count_hits(frame)
             self._advance(frame)
-        if self.status.phase == "running" or (self._rules.watches_early and not self.is_over):
-            self._rules.update(frame, self)
+        if self.status.phase == "running" or (self.watches_early and not self.is_over):
+            self.update(frame)
         verdict = Verdict(tuple(self._actions), tuple(self._lines))
         self._actions, self._lines = [], []
         return verdict
@@ -393,12 +354,9 @@ class Referee:
         Raises:
             CommandError: the task takes no such message, or its content is wrong.
         """
-        return Message(topic, self._rules.accept(topic, content))
-
-    @property
-    def outputs(self) -> Outputs:
-        """What the team sees besides phase, times and score."""
-        return self._rules.outputs(self.status)
+        if topic != self.message:
+            raise CommandError(f"{self.title} takes no message {literal(topic)}; known: {self.message or 'none'}")
+        return Message(topic, self.checked_content(content))
 
     @property
     def info(self) -> dict[str, object]:
@@ -408,9 +366,49 @@ class Referee:
     @property
     def progress(self) -> Outputs:
         """How far the parts of the task are, as `gates`: plain data, empty where the rules have none."""
-        return deepcopy(dict(self._rules.progress))
+        return deepcopy(dict(self.parts))
 
-    # What rules call
+    # What a kind of task has of its own
+
+    @property
+    def parts(self) -> Mapping[str, object]:
+        """How far the parts of the task are, such as gates, for maps and recordings: plain data."""
+        return {}
+
+    @property
+    def outputs(self) -> Outputs:
+        """What the team sees now besides phase, times and score."""
+        return {}
+
+    def enter(self, phase: Phase, frame: Frame) -> None:
+        """Enter `ready`, `running` or `finished` (by `status.timed_out` or not) at this frame."""
+
+    def update(self, frame: Frame) -> None:
+        """Look at a frame, while the task runs; the frame at which it begins comes after `enter`."""
+
+    def take_hit(self, other: str, frame: Frame) -> None:
+        """Take a hit by the boat, outside the dead time after the hit before; `status.collisions` counts it."""
+
+    def timeout_score(self) -> float | None:
+        """The score of a run whose time is up, None for the one that it has; only one above 0 counts, as in VRX."""
+        return None
+
+    def check_state(self, state: Any) -> None:
+        """Check of a saved `state` what types of fields and lengths of lists leave open.
+
+        Raises:
+            StateError: it cannot be a state of these rules.
+        """
+
+    def checked_content(self, content: object) -> object:
+        """The content of a `message` as `Frame.messages` shall hold it.
+
+        Raises:
+            CommandError: it is wrong.
+        """
+        return content
+
+    # What it does at a frame
 
     def set_score(self, score: float) -> None:
         """Write the score; ignored unless the task is running, as in VRX."""
@@ -433,7 +431,7 @@ class Referee:
 
     def dump(self) -> dict[str, object]:
         """All that changes, as plain data."""
-        return {"type": self.type, "sheet": dict(vars(self.status)), "rules": asdict(self._rules.state)}
+        return {"type": self.type, "sheet": dict(vars(self.status)), "rules": asdict(self.state)}
 
     def load(self, state: Dump) -> None:
         """Go on from what `dump` gave.
@@ -442,7 +440,7 @@ class Referee:
             StateError: it is of another task.
         """
         self.check(state)
-        self._load_rules(state["rules"])
+        self._load_state(state["rules"])
         self.status = TaskStatus(**state["sheet"])
 
     def check(self, state: Mapping[str, object]) -> None:
@@ -454,7 +452,7 @@ class Referee:
         if state.get("type") != self.type:
             raise StateError(f"the state is of the task {literal(state.get('type'))}, not '{self.type}'")
         self._fitting(_STATUS, "sheet", asdict(self._start), state)
-        self._rules.check(self._fitting(_adapter(self._rules.state.__class__), "rules", self._first, state))
+        self.check_state(self._fitting(_adapter(self._kind), "rules", self._first, state))
 
     # Inside
 
@@ -492,11 +490,11 @@ class Referee:
         self.log(f"{self.name}: {self.status.summary()}")
         if phase == "ready" and self.locked and not self.held_throughout:
             self.act(Release(self.boat))
-        self._rules.enter(phase, self._frame, self)
+        self.enter(phase, self._frame)
 
     def _time_out(self) -> None:
         """VRX's quirk is kept: a score for running out of time counts if it is above 0."""
-        score = self._rules.timeout_score(self.status)
+        score = self.timeout_score()
         self.status.elapsed, self.status.timed_out = self.status.duration, True
         if score is not None and score > 0.0:
             self.set_score(score)
@@ -509,11 +507,11 @@ class Referee:
             return
         self.status.last_hit = frame.touches[other]
         number = ""
-        if self._rules.counts_hits:
+        if self.counts_hits:
             self.status.collisions += 1
             number = f", collision {self.status.collisions}"
         self.log(f"{self.name}: {self.boat} hits {other}{number}", "WARN")
-        self._rules.take_hit(other, frame, self)
+        self.take_hit(other, frame)
 
-    def _load_rules(self, state: Mapping[str, object]) -> None:
-        self._rules.state = type(self._rules.state)(**deepcopy(dict(state)))
+    def _load_state(self, state: Mapping[str, object]) -> None:
+        self.state = self._kind(**deepcopy(dict(state)))

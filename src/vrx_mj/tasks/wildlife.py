@@ -14,7 +14,7 @@ from vrx_mj.constants import EARLY
 from vrx_mj.errors import StateError
 from vrx_mj.model import tasks
 from vrx_mj.tasks.courses import Side
-from vrx_mj.tasks.referee import Count, Frame, Outputs, Pose, Referee, Rules, TaskStatus
+from vrx_mj.tasks.referee import Count, Frame, Outputs, Pose, Referee
 
 GATES = 8
 """Number of gates around an animal."""
@@ -64,7 +64,7 @@ class WildlifeState:
     """Number of times that they were published."""
 
 
-class Wildlife(Rules):
+class Wildlife(Referee):
     """The score is the time [s], in the end less a bonus for each animal circled and each one to avoid never engaged.
 
     VRX's quirks are kept: an animal is engaged within a radius in space; the sense alone counts, not which gates are
@@ -77,18 +77,19 @@ class Wildlife(Rules):
     state: WildlifeState
 
     def __init__(self, task: tasks.Wildlife) -> None:
-        self._boat, self._animals = task.boat, task.animals
+        self._animals = task.animals
         self._classic = task.profile != "vrx3"
         self.counts_hits = not self._classic
         self._radius, self._bonus = task.engagement_distance, task.time_bonus
         self._rate = task.publication_rate
         count = len(self._animals)
-        self.state = WildlifeState(
+        state = WildlifeState(
             ["never_engaged"] * count, [["outside"] * GATES for _ in range(count)], [[] for _ in range(count)]
         )
+        super().__init__(task, state)
 
     @property
-    def progress(self) -> dict[str, object]:
+    def parts(self) -> dict[str, object]:
         """How far the circles are: for every animal its name, goal, status and the numbers of the gates crossed."""
         rows = zip(self._animals, self.state.status, self.state.circled, strict=True)
         return {
@@ -98,32 +99,33 @@ class Wildlife(Rules):
             ]
         }
 
-    def update(self, frame: Frame, referee: Referee) -> None:
+    def update(self, frame: Frame) -> None:
         """Take the time, look at every animal, and end the task when all circles are closed."""
-        status = referee.status
-        referee.set_score(min(status.duration, status.elapsed))
-        boat = frame.poses[self._boat]
+        status = self.status
+        self.set_score(min(status.duration, status.elapsed))
+        boat = frame.poses[self.boat]
         for number, animal in enumerate(self._animals):
             if not self._is_circled(number):
-                self._look_at(number, frame.poses[animal.name], boat, referee)
-        self._publish(frame, status)
+                self._look_at(number, frame.poses[animal.name], boat)
+        self._publish(frame)
         if all(self._is_circled(number) for number in range(len(self._animals)) if not self._is_avoided(number)):
-            self._complete(referee)
+            self._complete()
 
-    def take_hit(self, other: str, frame: Frame, referee: Referee) -> None:
+    def take_hit(self, other: str, frame: Frame) -> None:
         """Any collision starts over all circles under way."""
         for number, circled in enumerate(self.state.circled):
             if circled and not self._is_circled(number):
                 name = self._animals[number].name
-                referee.log(f"the circle around {name} starts over: collision with {other}", "WARN")
+                self.log(f"the circle around {name} starts over: collision with {other}", "WARN")
                 circled.clear()
 
-    def timeout_score(self, status: TaskStatus) -> float | None:
+    def timeout_score(self) -> float | None:
         """The full time less the bonus; if nothing is left, the full time."""
-        left = status.duration - self._bonuses()
-        return left if left > 0.0 else status.duration
+        duration = self.status.duration
+        left = duration - self._bonuses()
+        return left if left > 0.0 else duration
 
-    def check(self, state: WildlifeState) -> None:
+    def check_state(self, state: WildlifeState) -> None:
         """The animals as teams saw them have all keys, and numbers for the place.
 
         Raises:
@@ -133,7 +135,8 @@ class Wildlife(Rules):
             if animal.keys() != _ANIMAL_KEYS or not all(isinstance(animal[key], int | float) for key in _NUMBERS):
                 raise StateError(f"the state does not fit the task: an animal needs {', '.join(sorted(_ANIMAL_KEYS))}")
 
-    def outputs(self, status: TaskStatus) -> Outputs:
+    @property
+    def outputs(self) -> Outputs:
         """Where the animals are, from `running` on; who knows the georeference fills in latitude and longitude."""
         return {"animals": [dict(animal) for animal in self.state.animals]} if self.state.published else {}
 
@@ -154,29 +157,29 @@ class Wildlife(Rules):
         )
         return self._bonus * sum(earned)
 
-    def _complete(self, referee: Referee) -> None:
+    def _complete(self) -> None:
         bonus = self._bonuses()
-        score = referee.status.score - bonus
-        referee.set_score(max(0.0, score) if self._classic else score)
-        referee.log(f"all animals circled after {referee.status.elapsed:.2f} s: bonus {bonus:g} s")
-        referee.finish()
+        score = self.status.score - bonus
+        self.set_score(max(0.0, score) if self._classic else score)
+        self.log(f"all animals circled after {self.status.elapsed:.2f} s: bonus {bonus:g} s")
+        self.finish()
 
-    def _look_at(self, number: int, animal: Pose, boat: Pose, referee: Referee) -> None:
+    def _look_at(self, number: int, animal: Pose, boat: Pose) -> None:
         """Engage, leave, or go on with the circle: one of them at a frame."""
         own, name = self.state, self._animals[number].name
         distance = math.dist((boat.x, boat.y, boat.z), (animal.x, animal.y, animal.z))
         if own.status[number] != "engaged":
             if distance <= self._radius:
                 lost = self._is_avoided(number) and own.status[number] == "never_engaged"
-                referee.log(f"{name} engaged" + (": its bonus is lost" if lost else ""), "WARN" if lost else "INFO")
+                self.log(f"{name} engaged" + (": its bonus is lost" if lost else ""), "WARN" if lost else "INFO")
                 own.status[number] = "engaged"
         elif distance > self._radius:
             own.status[number] = "not_engaged"
-            self._start_over(number, f"{name} left", referee)
+            self._start_over(number, f"{name} left")
         elif not self._is_avoided(number):
-            self._circle(number, boat.x - animal.x, boat.y - animal.y, referee)
+            self._circle(number, boat.x - animal.x, boat.y - animal.y)
 
-    def _circle(self, number: int, dx: float, dy: float, referee: Referee) -> None:
+    def _circle(self, number: int, dx: float, dy: float) -> None:
         """See which gates the boat has crossed, and in which sense."""
         own, name = self.state, self._animals[number].name
         right = "after" if self._animals[number].goal == "circumnavigate_counterclockwise" else "before"
@@ -188,24 +191,24 @@ class Wildlife(Rules):
                 continue
             sides[gate] = "crossed"
             if side != right:
-                self._start_over(number, f"{name} passed the wrong way round", referee)
+                self._start_over(number, f"{name} passed the wrong way round")
                 continue
             circled.append(gate)
-            referee.log(f"{name}: {len(circled)} of {GATES} gates of its circle crossed")
+            self.log(f"{name}: {len(circled)} of {GATES} gates of its circle crossed")
             if len(circled) == GATES:
                 own.status[number] = "circumnavigated"
-                referee.log(f"{name} circled: {self._bonus:g} s bonus at the end")
+                self.log(f"{name} circled: {self._bonus:g} s bonus at the end")
                 return
 
-    def _start_over(self, number: int, why: str, referee: Referee) -> None:
+    def _start_over(self, number: int, why: str) -> None:
         circled = self.state.circled[number]
-        referee.log(why + (f": its circle starts over after {len(circled)} of {GATES} gates" if circled else ""))
+        self.log(why + (f": its circle starts over after {len(circled)} of {GATES} gates" if circled else ""))
         circled.clear()
 
-    def _publish(self, frame: Frame, status: TaskStatus) -> None:
+    def _publish(self, frame: Frame) -> None:
         """Publish where the animals are, if it is time: at every frame, or at a rate since the run began."""
         own = self.state
-        if self._rate and frame.time < status.running_time + own.published / self._rate - EARLY:
+        if self._rate and frame.time < self.status.running_time + own.published / self._rate - EARLY:
             return
         own.published += 1
         own.animals = [_announcement(animal, frame.poses[animal.name]) for animal in self._animals]

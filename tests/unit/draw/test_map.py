@@ -8,13 +8,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from fingerprints import FONTS, check, placed
-from trees import partial
+from trees import make_world, partial
 from vrx_mj.draw.course import MapBoat, MapDock, MapObject, MapScene, map_of, nice_length
 from vrx_mj.draw.map import chart, draw_map
 from vrx_mj.draw.plan import _boat, view_of
 from vrx_mj.draw.style import Thing, boat_color, font_warnings_hidden, hex_color, label
 from vrx_mj.errors import VrxError
-from vrx_mj.mjcf.world import World, make_world
+from vrx_mj.mjcf.world import World
 from vrx_mj.model.water import Sea, Wind
 
 SHORE = (

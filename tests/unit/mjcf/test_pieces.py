@@ -4,9 +4,10 @@ import mujoco
 import numpy as np
 import pytest
 
+from trees import make_world
 from vrx_mj.mjcf.compile import compile_world, with_boat, without
 from vrx_mj.mjcf.pieces import MIN_GROUPED, Detail
-from vrx_mj.mjcf.world import World, make_world
+from vrx_mj.mjcf.world import World
 
 RAFT = {"name": "raft", "pose": [20, 0, 0, 0, 0, 0.3], "dynamic": True, "layout": "X  X\nX  X\nXXXX\n"}
 WORLDS = {

@@ -11,13 +11,14 @@ from pathlib import Path
 
 import pytest
 
+from trees import make_world
 from vrx_mj import Simulation
 from vrx_mj.errors import StateError, VrxWarning
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.pieces import Piece, Pieces
 from vrx_mj.mjcf.saved import ATTRIBUTES, contents_of
-from vrx_mj.mjcf.world import World, make_world, world_of
-from vrx_mj.model.world import json_of, tree_of
+from vrx_mj.mjcf.world import World, world_of
+from vrx_mj.model.world import joined_entries, json_entries, tree_of
 from vrx_mj.packages import root
 
 RAFT = {"name": "raft", "pose": [20, 0, 0, 0, 0, 0.3], "dynamic": True, "layout": "X  X\nX  X\nXXXX\n"}
@@ -50,7 +51,7 @@ def loaded(world, tree=None, mjcf=None, assets=None, files=None):
 
 def former(world, mjcf=None):
     """The files of a world as they were without pieces."""
-    parameters = json_of(dataclasses.replace(world.parameters, format=3))
+    parameters = joined_entries(json_entries(dataclasses.replace(world.parameters, format=3)))
     files = {"scene.json": parameters.encode(), "scene.xml": (mjcf or world.mjcf).encode()}
     return files | {f"assets/{name}": content for name, content in world.assets.items()}
 

@@ -10,14 +10,14 @@ from pydantic import ValidationError
 
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.model.things import Rope
-from vrx_mj.model.world import broken_references, format_of, json_of, parameters_of, tree_of
+from vrx_mj.model.world import broken_references, format_of, joined_entries, json_entries, parameters_of, tree_of
 
 RAFT = {"name": "raft", "pose": [20, 0, 0, 0, 0, 0.3], "dynamic": True, "mooring": {}, "layout": "X  X\nX  X\nXXXX\n"}
 
 
 @pytest.fixture(scope="module")
 def text():
-    return json_of(compile_world("gymkhana").parameters).encode()
+    return joined_entries(json_entries(compile_world("gymkhana").parameters)).encode()
 
 
 @pytest.fixture(scope="module")

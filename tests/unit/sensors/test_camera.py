@@ -10,11 +10,11 @@ import mujoco
 import numpy as np
 import pytest
 
+from trees import make_world
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.errors import RenderError
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.scene import drawing_model
-from vrx_mj.mjcf.world import make_world
 from vrx_mj.sensors import canvas
 from vrx_mj.sensors.camera import Cameras
 from vrx_mj.sensors.view import View

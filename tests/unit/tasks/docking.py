@@ -4,7 +4,7 @@ import numpy as np
 
 from unit.tasks.streams import frame, pose, task
 from vrx_mj.tasks.dock import Docking
-from vrx_mj.tasks.referee import Pose, Referee
+from vrx_mj.tasks.referee import Pose
 
 BALL = "wamv/ball_shooter"
 FAR = (0.0, 0.0, -200.0)
@@ -62,7 +62,7 @@ def docking(dock="dock_2022", right=(2,), **values):
         "min_dock_time": 10.0,
     }
     row = task("scan_dock_deliver", **(parameters | values))
-    return Referee(row, Docking(row))
+    return Docking(row)
 
 
 class Run:

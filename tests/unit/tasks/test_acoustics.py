@@ -7,19 +7,19 @@ import pytest
 from unit.tasks.streams import begin, frame, look, pose, task
 from vrx_mj.errors import CommandError
 from vrx_mj.tasks.perception import AcousticPerception, AcousticTracking
-from vrx_mj.tasks.referee import Referee, Release, SetPinger
+from vrx_mj.tasks.referee import Release, SetPinger
 
 
 def perception(**values):
     pinger = {"x": -560.0, "y": 185.0, "z": -2.0, "latitude": None, "longitude": None}
     row = task("acoustic_perception", profile="vrx3", **({"pinger": pinger, "goal_tolerance": 3.0} | values))
-    return Referee(row, AcousticPerception(row))
+    return AcousticPerception(row)
 
 
 def tracking(**values):
     parameters = {"pinger": "pinger", "pinger_depth": 2.0, "obstacle_penalty": 1.0, "profile": "vrx3"}
     row = task("acoustic_tracking", **(parameters | values))
-    return Referee(row, AcousticTracking(row))
+    return AcousticTracking(row)
 
 
 # Perception

@@ -11,7 +11,7 @@ from unit.tasks.samples import SAMPLES, restless, sample
 from unit.tasks.streams import begin, frame, pose, task
 from vrx_mj.errors import CommandError, StateError, UnknownNameError
 from vrx_mj.tasks import TASK_KINDS, make_referee
-from vrx_mj.tasks.referee import Message, Referee, Release, Rules, dead_time
+from vrx_mj.tasks.referee import Message, Referee, Release, dead_time
 
 GOAL = {"x": 0.0, "y": 0.0, "yaw": 0.0, "latitude": None, "longitude": None}
 TYPES = sorted(TASK_KINDS)
@@ -96,27 +96,24 @@ class Nothing:
     """A state without anything."""
 
 
-class Early(Rules):
+class Early(Referee):
     """Sets scores and ends as the test wants."""
 
     def __init__(self, timeout=None, end=None):
-        self.state, self._timeout, self._end = Nothing(), timeout, end
+        super().__init__(task("stationkeeping", durations=[1.0, 1.0, 10.0]), Nothing())
+        self._timeout, self._end = timeout, end
 
-    def update(self, frame, referee):
-        referee.set_score(5.0)
+    def update(self, frame):
+        self.set_score(5.0)
         if self._end is not None and frame.time >= self._end:
-            referee.finish()
+            self.finish()
 
-    def timeout_score(self, status):
+    def timeout_score(self):
         return self._timeout
 
 
-def early(**values):
-    return Referee(task("stationkeeping", durations=[1.0, 1.0, 10.0]), Early(**values))
-
-
 def test_a_score_is_written_only_while_the_task_runs():
-    referee = early()
+    referee = Early()
     scores = []
     for time in (0.0, 1.0, 1.5, 2.0):
         referee.look(frame(time))
@@ -126,13 +123,13 @@ def test_a_score_is_written_only_while_the_task_runs():
 
 @pytest.mark.parametrize(("timeout", "score"), [(None, 5.0), (200.0, 200.0), (0.0, 5.0), (-1.0, 5.0)])
 def test_a_score_for_time_out_counts_if_it_is_above_0(timeout, score):
-    referee = early(timeout=timeout)
+    referee = Early(timeout=timeout)
     phases(referee, (1.0, 2.0, 12.0))
     assert (referee.status.timed_out, referee.status.score) == (True, score)
 
 
 def test_rules_that_end_a_task_do_not_time_it_out():
-    referee = early(timeout=200.0, end=4.5)
+    referee = Early(timeout=200.0, end=4.5)
     assert phases(referee, (1.0, 2.0, 4.45, 4.5, 5.0, 99.0)) == ["ready", *["running"] * 2, *["finished"] * 3]
     assert (referee.status.timed_out, referee.status.elapsed, referee.status.score) == (False, 2.5, 5.0)
     assert referee.is_over
@@ -140,10 +137,10 @@ def test_rules_that_end_a_task_do_not_time_it_out():
 
 def test_plain_rules_take_no_message_and_have_no_outputs():
     with pytest.raises(CommandError) as error:
-        early().accept("hello", None)
+        Early().accept("hello", None)
     assert str(error.value) == "the task takes no message 'hello'; known: none"
-    assert early().outputs == {}
-    assert early().progress == {}
+    assert Early().outputs == {}
+    assert Early().progress == {}
 
 
 # Collisions

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from unit.tasks.streams import frame, pose, task
 from vrx_mj.errors import CommandError
 from vrx_mj.tasks.courses import gate_between, side_of
-from vrx_mj.tasks.referee import Referee
 from vrx_mj.tasks.wildlife import AXES, GATES, Wildlife, gate_side
 
 CROCODILE = {"name": "croc", "model": "crocodile_buoy", "goal": "avoid"}
@@ -31,7 +30,7 @@ def wildlife(*animals, **values):
         "collision_buffer": 10.0,
     }
     row = task("wildlife", **(parameters | values))
-    return Referee(row, Wildlife(row))
+    return Wildlife(row)
 
 
 class Run:

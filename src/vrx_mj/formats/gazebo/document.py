@@ -16,7 +16,7 @@ from vrx_mj.errors import ConfigError, Problem, VrxError
 from vrx_mj.foreign import ReaderError, ask, ask_ahead, spend
 from vrx_mj.formats.series.pieces import At, Content
 from vrx_mj.formats.urdf.elements import Findings, Node, numbers_of, truth
-from vrx_mj.formats.urdf.expand import expand, expanded_lines
+from vrx_mj.formats.urdf.expand import Arguments, expand, expanded_lines
 from vrx_mj.formats.urdf.gazebo_sensors import library
 from vrx_mj.formats.urdf.model import Loss
 from vrx_mj.formats.urdf.model import Place as Spot
@@ -177,7 +177,7 @@ def home_path(text: str) -> Path:
     return Path(os.path.expanduser(text))  # noqa: PTH111 - Path.expanduser raises a RuntimeError for such a user
 
 
-def read_document(file: Path, arguments: Mapping[str, str] | None = None) -> Element:
+def read_document(file: Path, arguments: Arguments | None = None) -> Element:
     """The root element of a file; a `.xacro` is expanded, where VRX's macros of worlds are ours.
 
     Files that it includes are read from its own folder and from packages alone.

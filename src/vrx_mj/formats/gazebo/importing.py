@@ -4,7 +4,7 @@ import contextlib
 import html
 import os
 from collections import ChainMap
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import islice
@@ -32,7 +32,7 @@ from vrx_mj.formats.gazebo.sdf_objects import model_section
 from vrx_mj.formats.gazebo.worlds import gazebo_world, is_gazebo_world
 from vrx_mj.formats.series.worlds import section_text
 from vrx_mj.formats.urdf.elements import unused_name
-from vrx_mj.formats.urdf.expand import ExpandedText, check_library, declared_names, expand, own_packages
+from vrx_mj.formats.urdf.expand import Arguments, ExpandedText, check_library, declared_names, expand, own_packages
 from vrx_mj.formats.urdf.expand import arguments as declared_arguments
 from vrx_mj.formats.urdf.reader import MeshFiles, with_mesh_names
 from vrx_mj.formats.urdf.xml_document import file_error, read_bytes
@@ -114,7 +114,7 @@ class Imported:
             wanted = f"a file to import, which ends in {', '.join(_KINDS)}; or a folder"
             raise VrxError(f"'{file}' is {wrong_kind(file, wanted) or f'not {wanted}'}")
 
-    def add_world(self, file: Path, arguments: Mapping[str, str]) -> str:
+    def add_world(self, file: Path, arguments: Arguments) -> str:
         """Write a world with the objects, the boats and the fleet that it brings, and return its path."""
         world = gazebo_world(file, arguments)
         with ignore_warnings():  # `vrx-mj run` says them again
@@ -135,7 +135,7 @@ class Imported:
     def add_fleet_of(self, file: Path, robot: str) -> None:
         """Write a fleet of one boat, by the path of its URDF."""
         place = Place(File(display(file), file.absolute().parent))
-        stem = robot.rpartition("/")[2].removesuffix(".urdf")
+        stem = Path(robot).stem
         self.write("fleet", file, Section({"robot": f"./{robot}"}, place), stem)
 
     def add_boat(self, source: str, file: Path) -> str:
@@ -143,7 +143,7 @@ class Imported:
         path = self.path_of("robots/", _model_name(source), str(file.resolve()), ".urdf")
         if path in self.texts:
             return path
-        stem = path.removeprefix("robots/").removesuffix(".urdf")
+        stem = Path(path).stem
         with ignore_warnings():
             boat = read_boat(file)
         model = model_element(file)[0]
@@ -160,7 +160,7 @@ class Imported:
         self.texts[path] = text
         return path
 
-    def add_robot(self, name: str, file: Path, arguments: Mapping[str, str]) -> str:
+    def add_robot(self, name: str, file: Path, arguments: Arguments) -> str:
         """Write the URDF of a boat, with its meshes and what the YAML beside it says, and return its path."""
         read_bytes(file)  # what cannot be read is refused
         where = f"./{file.name}", file.absolute().parent
@@ -176,7 +176,7 @@ class Imported:
         self.robots.add(file.resolve())
         if path in self.texts:
             return path
-        stem = path.removeprefix("robots/").removesuffix(".urdf")
+        stem = Path(path).stem
         files = MeshFiles(config.description_file.absolute().parent, own_packages(), package_paths())
         self.texts[path] = with_mesh_names(text, files, partial(self.add_mesh, stem))
         place = Place(File(display(file), file.absolute().parent))
@@ -230,7 +230,7 @@ class Imported:
         self.notes += report.notes
         self.texts[path] = ""
         folder = Path(str(file).partition("#")[0]).parent
-        stem = path.removeprefix("objects/").removesuffix(".yaml")
+        stem = Path(path).stem
         content = self.with_meshes(self.with_objects(section, folder, "objects/"), folder, stem)
         self.texts[path] = self.text(Path(source), content)
         return path
@@ -289,7 +289,7 @@ class Imported:
 
 
 @budget()
-def import_files(source: Path, arguments: Mapping[str, str] | None = None) -> Imported:
+def import_files(source: Path, arguments: Arguments | None = None) -> Imported:
     """Import a file of Gazebo or ROS, or all such files of a folder.
 
     Args:
@@ -324,7 +324,7 @@ def import_files(source: Path, arguments: Mapping[str, str] | None = None) -> Im
     return made
 
 
-def _check_arguments(file: Path, arguments: Mapping[str, str]) -> None:
+def _check_arguments(file: Path, arguments: Arguments) -> None:
     """Raise a VrxError where a file that is no launch file does not declare what it is given."""
     if not arguments or file.name.lower().endswith(".launch"):
         return
@@ -337,7 +337,7 @@ def _check_arguments(file: Path, arguments: Mapping[str, str]) -> None:
         raise file_error(file, message, f"{name}:=")
 
 
-def _urdf(file: Path, arguments: Mapping[str, str]) -> str:
+def _urdf(file: Path, arguments: Arguments) -> str:
     """The URDF of a description, expanded if there is something to expand."""
     text = read_bytes(file).decode("utf-8", errors="replace")
     if not any(mark in text for mark in _MARKS):

@@ -43,7 +43,7 @@ from vrx_mj.formats.gazebo.models import NO_MODEL, has_model, is_gazebo_model, i
 from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat
 from vrx_mj.formats.gazebo.sdf_models import pose_of, safe_name
 from vrx_mj.formats.urdf.elements import truth
-from vrx_mj.formats.urdf.expand import LEFT_OUT, Files, declared_names, evaluate_argument
+from vrx_mj.formats.urdf.expand import LEFT_OUT, Arguments, Files, declared_names, evaluate_argument
 from vrx_mj.formats.urdf.xml_document import file_error
 from vrx_mj.frames import compose
 
@@ -71,7 +71,7 @@ class Substitutions:
         self.files = files
         self.left = _MAX_TEXTS
 
-    def substitute(self, text: str, arguments: Mapping[str, str], folder: Path) -> str:
+    def substitute(self, text: str, arguments: Arguments, folder: Path) -> str:
         """A text with each `$(...)` in it replaced, in a file in a folder. Raises VrxError."""
         whole = text.strip()
         if whole.startswith("$(eval ") and whole.endswith(")"):
@@ -89,7 +89,7 @@ class Substitutions:
             raise VrxError(f"more than {_MAX_TEXTS / 1e6:g} MB of text")
         return found
 
-    def _resolve(self, text: str, arguments: Mapping[str, str], folder: Path) -> str:
+    def _resolve(self, text: str, arguments: Arguments, folder: Path) -> str:
         """The value of `$(text)`."""
         command, *words = text.split() or [""]
         if command not in _COMMANDS:
@@ -100,7 +100,7 @@ class Substitutions:
             raise VrxError(f"takes one name, $({command} NAME), got {len(words)}")
         return _COMMANDS[command](self, words, arguments, folder)
 
-    def argument(self, name: str, arguments: Mapping[str, str]) -> str:
+    def argument(self, name: str, arguments: Arguments) -> str:
         """The value of an argument."""
         if name not in arguments:
             raise VrxError(f"{UnknownNameError('argument', name, arguments)}; declare it first in an <arg>")
@@ -143,7 +143,7 @@ _Description = tuple[Path | str, dict[str, str]]
 
 
 @budget()
-def launch_of(source: str, arguments: Mapping[str, str]) -> Launch:
+def launch_of(source: str, arguments: Arguments) -> Launch:
     """The simulation of a launch file, or of one of VRX's own by its name where no such file is at hand.
 
     Raises:
@@ -171,7 +171,7 @@ def is_launch(source: object) -> TypeGuard[str | Path]:
 
 
 @budget()
-def read_launch(file: Path, arguments: Mapping[str, str], *, strict: bool = True) -> Launch:
+def read_launch(file: Path, arguments: Arguments, *, strict: bool = True) -> Launch:
     """The simulation that a launch file starts. Raises ConfigError, if `strict` also for arguments that it has not."""
     run = _Run(file)
     declared = run.read_file(file.absolute(), _Scope("", {}, arguments))
@@ -189,7 +189,7 @@ class _Scope:
     namespace: str
     arguments: dict[str, str]
     """Arguments that it sees."""
-    given: Mapping[str, str]
+    given: Arguments
     """Arguments from outside of the file."""
 
 
@@ -200,6 +200,7 @@ class _Run:
         self.files = Files(file, {}, package_paths())
         self.launch = Launch()
         self.report = self.launch.report
+        self.note = self.report.note
         self.substitutions = Substitutions(self.files)
         self.places: dict[str, Place] = {}
         self.descriptions: dict[str, _Description] = {}
@@ -260,7 +261,7 @@ class _Run:
         """Note an element that is not of the simulation."""
         beside = "not part of the simulation; start it while `vrx-mj serve` runs"
         variable = element.tag == "env"
-        self.report.note(element, "ignored", "set this environment variable in the shell" if variable else beside)
+        self.note(element, "ignored", "set this environment variable in the shell" if variable else beside)
 
     def holds(self, element: Element) -> bool:
         """Whether an element's conditions, `if` and `unless`, hold."""
@@ -312,18 +313,18 @@ class _Run:
         path = PurePosixPath(name)
         stock = stock_launch(path.name, path.parts[1])
         if path.name in _LAUNCHES_WORLDS and not passed.get("world_name"):
-            self.report.note(element, "ignored", "world_name is not given")
+            self.note(element, "ignored", "world_name is not given")
         elif path.name in _LAUNCHES_WORLDS:
             self.launch.world = self.world_of(element, passed["world_name"])
-            self.report.note(element, "imported", f"the world: {literal(PurePosixPath(passed['world_name']).name)}")
+            self.note(element, "imported", f"the world: {literal(PurePosixPath(passed['world_name']).name)}")
         elif stock is not None:
             self.open_stock(stock, passed, element)
         else:
-            self.report.note(element, "ignored", "not part of the simulation", f"<include> {path.name}")
+            self.note(element, "ignored", "not part of the simulation", f"<include> {path.name}")
 
     def leave_out(self, element: Element, path: str, what: str) -> None:
         """Note what is not there, as its package is missing."""
-        self.report.note(element, "not read", f"no package named '{package_left_out(path)}'", what)
+        self.note(element, "not read", f"no package named '{package_left_out(path)}'", what)
 
     def world_of(self, element: Element, path: str) -> Path | str:
         """A world's file; one of VRX's that is not at hand by its name here."""
@@ -361,7 +362,7 @@ class _Run:
         for boat in stock.boats_with(given, place):
             self.spawn(element, replace(boat, **own), self.launch.boats)
         if element is not None:
-            self.report.note(element, "imported", f"VRX's {stock.name}")
+            self.note(element, "imported", f"VRX's {stock.name}")
 
     def parameter(self, element: Element) -> None:
         """Keep the description of a robot, which `<param>` gives as a command of xacro or as a file."""
@@ -371,16 +372,16 @@ class _Run:
         elif "textfile" in element.attributes:
             self.descriptions[name] = self.robot_file(element, self.value(element, "textfile")), {}
         elif name == "/use_sim_time" and truth(element.attributes.get("value", "")):
-            self.report.note(element, "imported", "time is always simulated time")
+            self.note(element, "imported", "time is always simulated time")
         else:
-            self.report.note(element, "ignored", "a parameter; set it with `rosparam set` while `vrx-mj serve` runs")
+            self.note(element, "ignored", "a parameter; set it with `rosparam set` while `vrx-mj serve` runs")
 
     def parameters(self, element: Element) -> None:
         """Take over a fleet's file that `<rosparam>` loads; other parameters are those of nodes."""
         path = self.value(element, "file", "")
         try:
             self.launch.fleet = checked_fleet(self.readable_file(element, path))
-            self.report.note(element, "imported", f"the fleet: `{self.launch.fleet.name}`")
+            self.note(element, "imported", f"the fleet: `{self.launch.fleet.name}`")
         except VrxError:
             self.ignore(element)
 
@@ -408,7 +409,7 @@ class _Run:
         if kind == SERVING:
             self.serve(element)
         elif self.launch.fleet and kind == "spawn_usvs.py":
-            self.report.note(element, "imported", f"the boats of `{self.launch.fleet.name}`")
+            self.note(element, "imported", f"the boats of `{self.launch.fleet.name}`")
         elif kind in {"spawn_model", "spawn_wamv.bash", "spawn_entity.py"}:
             self.spawn_model(element, self.claim_node(element))
         else:
@@ -440,7 +441,7 @@ class _Run:
             return
         boat = Spawned(name, pose, element.place, robot, self.known_arguments(element, name, robot, arguments))
         self.spawn(element, boat, self.launch.boats)
-        self.report.note(element, "imported", "a boat of the fleet", f"<node> '{name}'")
+        self.note(element, "imported", "a boat of the fleet", f"<node> '{name}'")
 
     def claim_node(self, element: Element) -> str:
         """Keep the name of a node that spawns, for roslaunch starts no two of one name; returns its namespace."""
@@ -464,17 +465,17 @@ class _Run:
                 return model, {}
             if has_model(model, folder):
                 return model_file(f"{SCHEME}{model}", folder), {}
-            self.report.note(element, "ignored", f"no model named '{shorten(model)}'; {NO_MODEL}", what)
+            self.note(element, "ignored", f"no model named '{shorten(model)}'; {NO_MODEL}", what)
             return None
         try:
             robot, arguments = self.robot_description(element, options, namespace)
         except ConfigError as error:
             if not {"file", "sdf"} <= options.keys():
                 raise
-            self.report.note(element, "ignored", error.problems[0].message, what)
+            self.note(element, "ignored", error.problems[0].message, what)
             return None
         if arguments and "sdf" in options:
-            self.report.note(element, "ignored", f"an SDF takes no xacro arguments: {' '.join(arguments)}", what)
+            self.note(element, "ignored", f"an SDF takes no xacro arguments: {' '.join(arguments)}", what)
         return robot, {} if "sdf" in options else arguments
 
     def known_arguments(self, element: Element, name: str, robot: Path | str, given: dict[str, str]) -> dict[str, str]:
@@ -485,7 +486,7 @@ class _Run:
         unknown = [key for key in given if key not in declares and key not in _OWN_ARGUMENTS]
         if unknown:
             listed = ", ".join(f"{key}:=" for key in unknown)
-            self.report.note(element, "ignored", f"{robot.name} has no argument {listed}", f"<node> '{name}'")
+            self.note(element, "ignored", f"{robot.name} has no argument {listed}", f"<node> '{name}'")
         return {key: value for key, value in given.items() if key in declares}
 
     def serve(self, element: Element) -> None:

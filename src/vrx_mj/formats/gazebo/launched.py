@@ -18,7 +18,7 @@ from vrx_mj.formats.gazebo.document import LIBRARIES, Report, home_path, is_file
 from vrx_mj.formats.gazebo.sdf_models import safe_name
 from vrx_mj.formats.series.pieces import At, Content, with_places
 from vrx_mj.formats.urdf.elements import numbers_of, truth
-from vrx_mj.formats.urdf.expand import LEFT_OUT
+from vrx_mj.formats.urdf.expand import LEFT_OUT, Arguments
 from vrx_mj.frames import Pose
 from vrx_mj.packages import root, shell_word
 
@@ -75,7 +75,7 @@ class Spawned:
     """Place of the element that spawns it."""
     model: Path | str = "wamv"
     """File of its description, or the name of a robot or an object of ours."""
-    arguments: Mapping[str, str] = field(default_factory=dict)
+    arguments: Arguments = field(default_factory=dict)
     """Arguments of its xacro."""
 
 
@@ -226,7 +226,7 @@ class StockLaunch:
     world: str
     """Name of the world, here."""
     boats: tuple[Spawned, ...]
-    arguments: Mapping[str, str]
+    arguments: Arguments
     """Arguments that it takes, with their defaults."""
     package: str
     """Package that it is in."""
@@ -238,7 +238,7 @@ class StockLaunch:
         """Arguments that its boats' descriptions take, with their defaults."""
         return self.boats[0].arguments if self.boats else {}
 
-    def boats_with(self, given: Mapping[str, str], place: Place) -> Iterator[Spawned]:
+    def boats_with(self, given: Arguments, place: Place) -> Iterator[Spawned]:
         """Boats that it spawns with arguments; several have names and places of their own. Raises ConfigError."""
         fixed = {*POSE, "namespace", "thrust_config"} if len(self.boats) > 1 else set()
         given = {key: value for key, value in given.items() if key not in fixed}
@@ -337,7 +337,7 @@ def advice(launch: StockLaunch, name: str, value: str) -> str:
     return "" if same else TABLE["unused"].get(name, "")
 
 
-def unlocks(launch: StockLaunch, given: Mapping[str, str]) -> bool:
+def unlocks(launch: StockLaunch, given: Arguments) -> bool:
     """Whether arguments of a launch file free its boat, which it would lock."""
     return any(truth(given.get(name, "true")) is False and truth(launch.own.get(name, "")) for name in _LOCKS)
 
@@ -347,14 +347,14 @@ def is_tool(name: str) -> bool:
     return name in _TOOLS
 
 
-def instead_of(name: str, given: Mapping[str, str]) -> str:
+def instead_of(name: str, given: Arguments) -> str:
     """What to type instead of one of VRX's launch files that open no world here, with its arguments."""
     tool = {"command": "", "options": {}, "reason": "", **_TOOLS[name]}
     command = " ".join([tool["command"], *_words(tool["options"], given)])
     return "; ".join(filter(None, ("opens no world here", tool["reason"], tool["command"] and f"type: {command}")))
 
 
-def _words(options: Mapping[str, Sequence[str]], given: Mapping[str, str]) -> Iterator[str]:
+def _words(options: Mapping[str, Sequence[str]], given: Arguments) -> Iterator[str]:
     """The options of a command."""
     for name, (option, usual) in options.items():
         value = given.get(name, usual)

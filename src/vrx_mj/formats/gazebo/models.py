@@ -19,11 +19,12 @@ from vrx_mj.config.search import (
     display,
     is_inside,
     leaves_folder,
+    listed_in,
     package_paths,
     workspace_packages,
 )
 from vrx_mj.config.tree import File, Place, literal
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError
+from vrx_mj.errors import ConfigError, UnknownNameError, VrxError
 from vrx_mj.formats.gazebo.document import NEEDED, Element, Note, Report, faults_at, is_file, parse_ahead, read_document
 from vrx_mj.formats.series.pieces import Content
 from vrx_mj.formats.urdf.xml_document import read_bytes
@@ -183,7 +184,7 @@ def _named_model(file: Path, name: str) -> Source:
         held = _held[file.absolute()]
     if name not in held[2]:
         known = [name for name in held[2] if name]
-        raise ConfigError([Problem(display(file), 1, None, "", str(UnknownNameError("model", name, known)))])
+        raise ConfigError.of(display(file), str(UnknownNameError("model", name, known)), line=1)
     found = held[2][name]
     return _included_model(found, file.parent) if found.tag == "include" else Source(found, held[3], file)
 
@@ -223,7 +224,7 @@ def folder_in_reach(name: str, near: Path) -> Path | None:
 
 def model_paths() -> list[Path]:
     """Folders of the environment's variables in which models are."""
-    return [Path(entry) for key in PATHS for entry in os.environ.get(key, "").split(os.pathsep) if entry]
+    return [folder for key in PATHS for folder in listed_in(key)]
 
 
 def _is_model(folder: Path) -> bool:

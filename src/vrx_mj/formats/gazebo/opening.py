@@ -8,7 +8,6 @@ import contextlib
 import os
 import os.path
 import re
-import warnings
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path, PurePath
@@ -29,16 +28,7 @@ from vrx_mj.config.search import (
     packages_named,
 )
 from vrx_mj.config.tree import File, Place, Section, literal
-from vrx_mj.errors import (
-    ChoiceError,
-    ConfigError,
-    UnknownNameError,
-    VrxError,
-    VrxWarning,
-    first_lines,
-    first_names,
-    shorten,
-)
+from vrx_mj.errors import ChoiceError, ConfigError, UnknownNameError, VrxError, first_lines, first_names, shorten, warn
 from vrx_mj.formats.gazebo.document import read_document
 from vrx_mj.formats.gazebo.launch import is_launch, launch_of, read_launch
 from vrx_mj.formats.gazebo.launched import (
@@ -55,6 +45,7 @@ from vrx_mj.formats.gazebo.models import ROBOT, file_in_folder, is_gazebo_model,
 from vrx_mj.formats.gazebo.sdf_boats import is_boat
 from vrx_mj.formats.gazebo.worlds import NO_BOATS, GazeboWorld, gazebo_world, is_gazebo_world, warn_of_losses
 from vrx_mj.formats.series.pieces import Content
+from vrx_mj.formats.urdf.expand import Arguments
 from vrx_mj.formats.urdf.expand import arguments as declared_arguments
 from vrx_mj.formats.urdf.xml_document import MAX_BYTES, file_error, read_bytes
 from vrx_mj.packages import shell_word
@@ -99,7 +90,7 @@ def launch_document(source: str | Path) -> tuple[Section, str] | None:
     if launch.objects:
         names = shorten(", ".join(thing.name for thing in launch.objects))
         text = f"{source}: a fleet takes only its boats; it also spawns {names}"
-        warnings.warn(f"{text}; vrx-mj run {source} includes them if it opens a world", VrxWarning, stacklevel=4)
+        warn(f"{text}; vrx-mj run {source} includes them if it opens a world", 4)
     return found, Path(source).stem
 
 
@@ -114,7 +105,7 @@ def folder_document(source: str | Path) -> tuple[Section, str] | None:
     return None if file is None else (robot_fleet(file, name=file.parent.name), "")
 
 
-def robot_fleet(source: str | Path, arguments: Mapping[str, str] | None = None, *, name: str | None = None) -> Section:
+def robot_fleet(source: str | Path, arguments: Arguments | None = None, *, name: str | None = None) -> Section:
     """A fleet of one boat, with arguments of its xacro; by default it is called as its file.
 
     A robot's YAML may have VRX's thruster and component files beside it.
@@ -143,7 +134,7 @@ def _boat_fragment(file: Path) -> str:
     name = next((name for name in names if is_boat(model_element(Path(f"{file}#{name}")).model)), names[0])
     others = first_names((each for each in names if each != name), _MODELS_SHOWN)
     text = f"{display(file)}: the boat is its model '{name}'; for another, --fleet FILE#NAME with NAME one of {others}"
-    warnings.warn(text, VrxWarning, stacklevel=5)
+    warn(text, 5)
     return f"#{name}"
 
 
@@ -219,7 +210,7 @@ def short_names(files: Sequence[Path], folder: Path) -> list[str]:
     return ["/".join(one) for one in shortest]
 
 
-def open_source(world: Source, fleet: Source | None, arguments: Mapping[str, str]) -> tuple[Source, Source | None]:
+def open_source(world: Source, fleet: Source | None, arguments: Arguments) -> tuple[Source, Source | None]:
     """World and fleet that a source opens: a launch file, a folder, or a world of Gazebo with arguments or boats.
 
     Other sources stay as they are. Of a fleet that is a xacro those arguments are the robot's which the world has not.
@@ -238,7 +229,7 @@ def open_source(world: Source, fleet: Source | None, arguments: Mapping[str, str
         warn_of_losses(launch.report.notes, str(world), stacklevel=4)
         if fleet is None and launch.fleet is not None:
             text = f"its <rosparam> loads a fleet, as --fleet {shell_word(display(launch.fleet))} does"
-            warnings.warn(f"{shorten(world)}: {text}", VrxWarning, stacklevel=4)
+            warn(f"{shorten(world)}: {text}", 4)
         fleet = fleet_of(launch) or launch.fleet_of_world if fleet is None else fleet
         if launch.objects or launch.unlocked:
             return joined_world(launch.world, launch, fleet)
@@ -259,7 +250,7 @@ def open_source(world: Source, fleet: Source | None, arguments: Mapping[str, str
     return found.whole, fleet
 
 
-def _no_world(source: str | Path, launch: Launch, arguments: Mapping[str, str]) -> ConfigError:
+def _no_world(source: str | Path, launch: Launch, arguments: Arguments) -> ConfigError:
     """The error about a launch file that opens no world, and what to do with it."""
     name, file = Path(source).name, shell_word(shorten(source))
     beside = f" and spawns no boat; start it beside one: vrx-mj serve WORLD --ros1, then roslaunch {file}"
@@ -290,11 +281,11 @@ def _fleet_in(found: GazeboWorld, world: str | Path) -> Source | None:
     """The boats of a world of Gazebo, with a warning where it has none."""
     if found.fleet == NO_BOATS:
         text = "this world has no boats; add some with --fleet FLEET, as in --fleet trio"
-        warnings.warn(f"{shorten(world)}: {text}", VrxWarning, stacklevel=5)
+        warn(f"{shorten(world)}: {text}", 5)
     return found.fleet
 
 
-def file_of_folder(folder: Path, arguments: Mapping[str, str] | None = None) -> Path:
+def file_of_folder(folder: Path, arguments: Arguments | None = None) -> Path:
     """The file of a folder that is meant: its one launch file that starts a world, without any its one world.
 
     Launch files that another one includes do not count.
@@ -315,7 +306,7 @@ def file_of_folder(folder: Path, arguments: Mapping[str, str] | None = None) -> 
         raise _choice(folder, kind, meant)
     if failed:
         lines = [f"{display(folder)}: launch files that are not read", *first_lines(failed, _LISTED)]
-        warnings.warn("\n".join(lines), VrxWarning, stacklevel=4)
+        warn("\n".join(lines), 4)
     return next(iter(meant))
 
 
@@ -355,7 +346,7 @@ def _package(name: str) -> Path | None:
     return None if place is None or is_built_in(place) else place
 
 
-def _launches(folder: Path, arguments: Mapping[str, str]) -> tuple[dict[Path, Launch], list[str]]:
+def _launches(folder: Path, arguments: Arguments) -> tuple[dict[Path, Launch], list[str]]:
     """What launch files of a folder start, with those arguments that each takes, and messages of those with faults."""
     files = list(files_below(folder, _LAUNCH))
     if len(files) > _MOST_LAUNCHES:

@@ -17,10 +17,10 @@ from vrx_mj.formats.urdf.elements import LARGEST, Node, losses
 from vrx_mj.formats.urdf.gazebo import THRUSTERS
 from vrx_mj.formats.urdf.gazebo_sensors import library
 from vrx_mj.formats.urdf.links import BOUNDED, ENDLESS, TYPES, free_type
-from vrx_mj.formats.urdf.model import ZERO, Joint, Limits, Loss, Urdf, relative
-from vrx_mj.formats.urdf.reader import warn, with_shapes
+from vrx_mj.formats.urdf.model import Joint, Limits, Loss, Urdf, relative
+from vrx_mj.formats.urdf.reader import warn_of_oddities, with_shapes
 from vrx_mj.formats.urdf.xml_document import Markup
-from vrx_mj.frames import Pose, compose, inverse
+from vrx_mj.frames import IDENTITY, Pose, compose, inverse
 from vrx_mj.packages import root
 
 
@@ -87,7 +87,7 @@ def read_boat(file: Path) -> Urdf:
     tags = [Node(tag, "", findings) for tag in _tags(model)]
     robot = robot_of(model.root, model.file, links, joints, model.around, tags)
     findings.settle()
-    warn(findings)
+    warn_of_oddities(findings)
     notes = *losses(model.root.element, "model", "boat"), *remarks, *_offset(model, robot)
     return replace(robot, remarks=notes, text=urdf_text(robot, tags))
 
@@ -100,7 +100,7 @@ def boat_pose(pose: Pose, file: Path) -> Pose:
     """
     model = Model(model_element(file))
     rows = (read_sdf_joint(model, node, scope) for node, scope in model.joints)
-    x, y, z, *_ = model.frames.pose(_root(model, [row for row in rows if row])) if model.links else ZERO
+    x, y, z, *_ = model.frames.pose(_root(model, [row for row in rows if row])) if model.links else IDENTITY
     return compose(pose, (x, y, z, 0.0, 0.0, 0.0)) if any((x, y, z)) else pose
 
 

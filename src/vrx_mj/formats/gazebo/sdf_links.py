@@ -16,9 +16,9 @@ from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.gazebo.sdf_models import MODEL, WORLD, Model, Scope, given_pose
 from vrx_mj.formats.urdf.elements import FIELDS, LARGEST, Node, Values
 from vrx_mj.formats.urdf.links import gazebo_color, inertial_of, length_one, read_shapes, shape_name
-from vrx_mj.formats.urdf.model import ZERO, Color, Inertial, Limits, Link, LinkRow, MeshRow, relative
+from vrx_mj.formats.urdf.model import Color, Inertial, Limits, Link, LinkRow, MeshRow, relative
 from vrx_mj.formats.urdf.reader import solid_mesh
-from vrx_mj.frames import Pose, apply, compose, rotation
+from vrx_mj.frames import IDENTITY, ZERO, Pose, Vector, apply, compose, rotation
 from vrx_mj.rigid_bodies import MassProperties, combine, rigid, with_pose
 
 _UNIT = 1.0
@@ -56,7 +56,7 @@ def _inertial(
     node, findings = link.child("inertial"), model.findings
     if node is None:
         findings.note("unit", name)
-        return Inertial(_UNIT, model.to_urdf_frame(ZERO, name), (_UNIT, _UNIT, _UNIT, 0.0, 0.0, 0.0))
+        return Inertial(_UNIT, model.to_urdf_frame(IDENTITY, name), (_UNIT, _UNIT, _UNIT, 0.0, 0.0, 0.0))
     if node.attribute_flag("auto"):
         rows = ((part, shape) for part, row in felt for shape in solid_mesh(row, model.files, findings))
         return _solid_inertial(node, list(rows))
@@ -162,14 +162,11 @@ def _mesh(kind: Node) -> Values:
     return {"file": text} | ({"scale": scale} if kind.child("scale") else {})
 
 
-_Vector = tuple[float, float, float]
-
-
 @dataclass(frozen=True)
 class Axis:
     """An axis of a joint, about which its child turns or along which it slides."""
 
-    xyz: _Vector
+    xyz: Vector
     """Direction in the joint's frame, of length 1."""
     limits: Limits
     dynamics: dict[str, float]
@@ -211,7 +208,7 @@ def read_sdf_joint(model: Model, node: Node, scope: Scope) -> SdfJoint | None:
         node.fault(f"joins the link '{parent}' to itself")
     given, usual = given_pose(node), scope.name(MODEL if child == WORLD else node.text("child"))
     place = model.frames.placement(given, scope, usual)
-    around = model.frames.pose(child) if child != WORLD else ZERO
+    around = model.frames.pose(child) if child != WORLD else IDENTITY
     shift = given.pose if usual == child and not given.relative_to else relative(around, place)
     tags = ("axis", "axis2")[: _AXES.get(kind, 1)]
     axes = tuple(_axis(model, node, tag, kind, place, scope) for tag in tags)
@@ -238,8 +235,8 @@ def _axis(model: Model, node: Node, tag: str, kind: str, place: Pose, scope: Sco
     if not (x or y or z):
         found.fault("must not be zero, got '0 0 0'", "xyz")
     axis, frame = length_one((x, y, z)), _frame_of_axis(model, node, found, scope)
-    turn = relative(place, model.frames.pose(frame)) if frame else ZERO
-    if turn[3:] != ZERO[3:]:
+    turn = relative(place, model.frames.pose(frame)) if frame else IDENTITY
+    if turn[3:] != IDENTITY[3:]:
         axis = length_one(apply(rotation(*turn[3:]), axis))
     return Axis(axis, _limits(found, kind), _dynamics(found))
 
@@ -320,7 +317,7 @@ class Tree:
         self, links: Sequence[LinkRow], places: Sequence[Pose], joints: Sequence[SdfJoint], *, is_static: bool
     ) -> None:  # fmt: skip
         self.links = {row.link.name: row for row in links}
-        self.places = {WORLD: ZERO, **dict(zip(self.links, places, strict=True))}
+        self.places = {WORLD: IDENTITY, **dict(zip(self.links, places, strict=True))}
         self.group = {name: WORLD if is_static else name for name in (WORLD, *self.links)}
         for joint in filter(attrgetter("holds"), joints):
             self.group[self.of(joint.child)] = self.of(joint.parent)
@@ -351,7 +348,7 @@ class Tree:
     def fill(self, root: str) -> None:
         """Make the bodies, from a group on; what hangs on nothing is held to the first body."""
         own = next((name for name in self.links if self.of(name) == root), WORLD)
-        self.held[root] = Body(own, ZERO)
+        self.held[root] = Body(own, IDENTITY)
         self.grow(root)
         for name in self.links:
             if self.of(name) not in self.held:
@@ -395,7 +392,7 @@ class Tree:
 def mass_of(body: Body) -> MassProperties | None:
     """Mass and inertia of all links of a body together, along its axes; None without a mass."""
     weights = ((row.link.inertial, pose) for row, pose in body.parts)
-    parts = [with_pose(rigid(own.mass, ZERO[:3], own.tensor), compose(pose, own.pose)) for own, pose in weights if own]
+    parts = [with_pose(rigid(own.mass, ZERO, own.tensor), compose(pose, own.pose)) for own, pose in weights if own]
     if not parts:
         return None
     whole = combine(parts)

@@ -26,10 +26,10 @@ from vrx_mj.formats.gazebo.models import (
 from vrx_mj.formats.series.pieces import At
 from vrx_mj.formats.urdf.elements import Findings, Node, own_name
 from vrx_mj.formats.urdf.links import Surroundings
-from vrx_mj.formats.urdf.model import ZERO, relative
+from vrx_mj.formats.urdf.model import relative
 from vrx_mj.formats.urdf.reader import MeshFiles
 from vrx_mj.formats.urdf.xml_document import Markup
-from vrx_mj.frames import Pose, angles, compose, inverse, rotation_matrix
+from vrx_mj.frames import IDENTITY, Pose, angles, compose, inverse, rotation_matrix
 
 MODEL = "__model__"
 """Name of a model's own frame."""
@@ -87,18 +87,18 @@ def given_pose(node: Node, farthest: float = _MAX_COORDINATE) -> Given:
     """
     found = node.child("pose")
     if found is None:
-        return Given(ZERO, "", node)
+        return Given(IDENTITY, "", node)
     read = partial(node.values, "pose", low=-farthest, high=farthest)
     frame = found.attribute("relative_to") or found.attribute("frame") or ""
     if found.attribute("rotation_format") != "quat_xyzw":
-        x, y, z, *turn = read("x y z roll pitch yaw", ZERO)
+        x, y, z, *turn = read("x y z roll pitch yaw", IDENTITY)
         roll, pitch, yaw = map(math.radians, turn) if found.attribute_flag("degrees") else turn
         return Given((x, y, z, roll, pitch, yaw), frame, found)
-    x, y, z, *turn = read("x y z qx qy qz qw", (*ZERO, 1.0))
+    x, y, z, *turn = read("x y z qx qy qz qw", (*IDENTITY, 1.0))
     length = math.hypot(*turn)
     if length == 0.0:
         found.fault("the quaternion must not be zero, got '0 0 0 0'")
-        return Given(ZERO, frame, found)
+        return Given(IDENTITY, frame, found)
     matrix = rotation_matrix(np.array([turn[3], *turn[:3]]) / length)
     return Given((x, y, z, *angles(tuple(map(tuple, matrix.tolist())))), frame, found)  # type: ignore[arg-type]
 
@@ -111,7 +111,7 @@ def pose_of(element: Element) -> At:
     """
     found = element.child("pose")
     if found is None or not found.own_text:
-        return At(list(ZERO), element.place)
+        return At(list(IDENTITY), element.place)
     given = given_pose(as_node(replace(element, children=(found,))), math.inf)
     if (base := given.relative_to) not in {"", WORLD, MODEL}:
         raise found.fault(f"a pose relative to {literal(base)} is not supported: give it in the model's frame")
@@ -126,7 +126,7 @@ class Frames:
     def __init__(self) -> None:
         self.given: dict[str, tuple[str, Given]] = {}
         """Frame that a frame's pose is in, and the pose, by its name."""
-        self.found: dict[str, Pose] = {MODEL: ZERO}
+        self.found: dict[str, Pose] = {MODEL: IDENTITY}
 
     def add(self, name: str, given: Given, scope: Scope, usual: str) -> None:
         """Add a frame of a model, whose pose is in the frame `usual` unless it gives another."""
@@ -147,35 +147,35 @@ class Frames:
             if name in chain:
                 names = " > ".join(f"'{_display_name(one)}'" for one in (*chain[chain.index(name) :], name))
                 self.given[name][1].node.fault(f"poses are relative to each other in a loop: {names}")
-                return ZERO
+                return IDENTITY
             chain.append(name)
             above, given = self.given[name]
             name = self.find(above, given)
             if not name:
-                return ZERO
+                return IDENTITY
         for one in reversed(chain):
             outer, own = self.found[name], self.given[one][1].pose
-            self.found[one] = own if outer == ZERO else compose(outer, own)
+            self.found[one] = own if outer == IDENTITY else compose(outer, own)
             name = one
         return self.found[name]
 
     def place_by(self, model: str, name: str) -> None:
         """Let the pose of a model be that of a frame in it, its placement frame."""
         above, given = self.given[model]
-        own, inner = self.find(name, given), ZERO
+        own, inner = self.find(name, given), IDENTITY
         seen = set[str]()
         while own and own != model and own not in seen:
             seen.add(own)
             around, inside = self.given[own]
             inner = compose(inside.pose, inner)
             own = self.find(around, inside)
-        turned = compose(given.pose, relative(inner, ZERO)) if own == model else given.pose
+        turned = compose(given.pose, relative(inner, IDENTITY)) if own == model else given.pose
         self.given[model] = above, given._replace(pose=turned)
 
     def placement(self, given: Given, scope: Scope, usual: str) -> Pose:
         """Where something is in the outermost model, whose pose is in the frame `usual` unless it gives another."""
         frame = self.find(_around(given, scope, usual), given)
-        return compose(self.pose(frame), given.pose) if frame else ZERO
+        return compose(self.pose(frame), given.pose) if frame else IDENTITY
 
     def inside(self, node: Node, link: str, scope: Scope) -> Pose:
         """The pose of a thing on a link, in the link's frame."""

@@ -66,9 +66,9 @@ from vrx_mj.formats.gazebo.sdf_models import (
 from vrx_mj.formats.series.pieces import At, Content, with_places
 from vrx_mj.formats.urdf.elements import Node, losses, unused_name
 from vrx_mj.formats.urdf.links import ENDLESS, ONE
-from vrx_mj.formats.urdf.model import ZERO, MeshRow, relative
+from vrx_mj.formats.urdf.model import MeshRow, relative
 from vrx_mj.formats.urdf.reader import ODD
-from vrx_mj.frames import Pose, compose
+from vrx_mj.frames import IDENTITY, Pose, compose
 
 _DRAG = 25.0, 2.0
 """Linear and angular drag [1/s] of what floats without VRX's buoyancy plugin: those of VRX's buoys."""
@@ -160,6 +160,7 @@ class _Object:
         self.model = Model(source)
         self.folder = Path(str(file).partition("#")[0]).absolute().parent
         self.report = report
+        self.note = self.report.note
         self.is_static = self.model.root.flag("static", False)
         self.tree = self.bodies()
 
@@ -178,17 +179,17 @@ class _Object:
         findings.settle()
         self.report.lose(losses(model.root.element, "model", "object"))
         for node, text in model.lost:
-            self.report.note(node, "ignored", text)
+            self.note(node, "ignored", text)
         for kind, things in findings.odd.items():
             if kind not in _QUIET:
-                self.report.note(self.element, "approximated", f"{ODD[kind]}: {shorten(', '.join(things))}")
+                self.note(self.element, "approximated", f"{ODD[kind]}: {shorten(', '.join(things))}")
         moving = [joint for joint in joints if joint.type != "gearbox"]
         tree = Tree(rows, places, moving, is_static=self.is_static)
         for joint in joints:
-            self.report.note(joint.node, *(_STATIC if self.is_static else _fate(joint, tree)))
+            self.note(joint.node, *(_STATIC if self.is_static else _fate(joint, tree)))
         if tree.loose:
             text = f"no joint holds {shorten(', '.join(tree.loose))}: part of the first link's rigid body"
-            self.report.note(model.links[tree.loose[0]][0], "approximated", text)
+            self.note(model.links[tree.loose[0]][0], "approximated", text)
         return tree
 
     def content(self) -> Content:
@@ -249,7 +250,7 @@ class _Object:
             sinks = mass >= volume * WATER_DENSITY
             then = f"it would sink ({mass:g} kg, {volume:.3g} m3), so it is `static: true`"
             text = f"it has no buoyancy plugin{f' {then}' if sinks else ': its collision shapes displace water'}"
-            self.report.note(self.element, "approximated", text)
+            self.note(self.element, "approximated", text)
             if sinks:
                 return None
         return [
@@ -270,7 +271,7 @@ class _Object:
             shape = _primitive(part, pose, self.report)
             if shape and shape["type"] in _DISPLACING:
                 yield body, _drag(plugin), shape
-        self.report.note(plugin, "imported", "`buoyancy`")
+        self.note(plugin, "imported", "`buoyancy`")
 
     def inertia(self, body: Body) -> Content:
         """Mass properties of a body; products of inertia only where it has any."""
@@ -293,7 +294,7 @@ class _Object:
     def shape(self, shape: Shape | MeshRow, link: Pose) -> Content | At | None:
         """A shape in the frame of its body; None, with a note, where its mesh is not there."""
         pose = compose(link, shape.pose)
-        place = {} if pose == ZERO else {"pose": list(pose)}
+        place = {} if pose == IDENTITY else {"pose": list(pose)}
         if isinstance(shape, Shape):
             return shape.model_dump(include={"type", "size", "radius", "length", "color"}, exclude_unset=True) | place
         color = {} if shape.color is None else {"color": shape.color}
@@ -323,7 +324,7 @@ def buoyancy_of(include: Element, report: Report) -> Content | None:
     plugins = (one for one in as_node(include).children("plugin") if "buoyancydrag" in plugin_name(one))
     if (plugin := next(plugins, None)) is None:
         return None
-    shapes = [_primitive(part, ZERO, report) for part in plugin.children("buoyancy")]
+    shapes = [_primitive(part, IDENTITY, report) for part in plugin.children("buoyancy")]
     found = {**_drag(plugin), "elements": [*filter(None, shapes)]}
     plugin.findings.settle()
     return found
@@ -378,7 +379,7 @@ def _primitive(part: Node, link: Pose, report: Report) -> Content | None:
         report.note(part, "ignored", f"<{tag}> shapes are not supported" if tag else "it has no <geometry>")
         return None
     pose = compose(link, given_pose(part).pose)
-    return {"type": tag, **sizes_of(geometry, tag), **({} if pose == ZERO else {"pose": list(pose)})}
+    return {"type": tag, **sizes_of(geometry, tag), **({} if pose == IDENTITY else {"pose": list(pose)})}
 
 
 def _distinct(names: Sequence[str], first: int = 2) -> list[str]:

@@ -14,6 +14,7 @@ from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.gazebo.document import NEEDED, POSE, Element, plugin_name
 from vrx_mj.formats.series.pieces import At, Content
 from vrx_mj.formats.urdf.elements import sections
+from vrx_mj.frames import ZERO
 
 _LONGEST_MESSAGE = 20_000
 """Characters of a message that VRX 3's worlds publish; theirs have 2,000."""
@@ -114,7 +115,7 @@ def _model(element: Element, name: str) -> str:
 
 def mean_wind(element: Element) -> Content | None:
     """The wind of gz-sim's `<wind>`, level and without gusts; None: it is calm."""
-    x, y, _ = element.value_of("linear_velocity", "x y z", (0.0, 0.0, 0.0))
+    x, y, _ = element.value_of("linear_velocity", "x y z", ZERO)
     return {"direction": math.degrees(math.atan2(y, x)), "mean_velocity": math.hypot(x, y)} if x or y else None
 
 

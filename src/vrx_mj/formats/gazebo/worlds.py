@@ -17,7 +17,7 @@ from vrx_mj.config.objects import ObjectConfig
 from vrx_mj.config.search import SCHEME, WORLD_SUFFIXES, catalogue
 from vrx_mj.config.tree import File, Place, Section, literal
 from vrx_mj.config.world import WorldConfig
-from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning, first_lines, ignore_warnings, nearest, shorten
+from vrx_mj.errors import ConfigError, Problem, VrxError, first_lines, ignore_warnings, nearest, shorten, warn
 from vrx_mj.formats.gazebo.document import STRICT, Element, Note, Report, as_node, label, plugin_name, read_document
 from vrx_mj.formats.gazebo.models import (
     NO_MODEL,
@@ -57,6 +57,7 @@ from vrx_mj.formats.series.pieces import (
     with_places,
 )
 from vrx_mj.formats.urdf.elements import losses
+from vrx_mj.formats.urdf.expand import Arguments
 
 _TABLE: Mapping[str, Any] = json.loads(Path(__file__).with_suffix(".json").read_bytes())
 """Terrains of VRX, and the worlds of ours that have them, for VRX 3 where it is another one; the fates of models by
@@ -111,7 +112,7 @@ def is_gazebo_world(source: object) -> TypeGuard[str | Path]:
     return isinstance(source, str | Path) and str(source).lower().endswith(WORLD_SUFFIXES)
 
 
-def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> GazeboWorld:
+def gazebo_world(file: Path, arguments: Arguments | None = None) -> GazeboWorld:
     """The world in a file of Gazebo: `.world`, `.sdf` or `.world.xacro`.
 
     Raises:
@@ -181,7 +182,7 @@ def warn_of_losses(notes: Sequence[Note], source: str, *, stacklevel: int) -> No
         places = (":".join(map(str, filter(None, (note.place.file.name, note.place.line)))) for note in lost)
         lines = (f"{place}: {note.what} {note.fate}: {note.ours}" for place, note in zip(places, lost, strict=True))
         head = f"{source}: {len(lost)} of {len(once)} parts differ from Gazebo (`vrx-mj import` lists all)"
-        warnings.warn("\n  ".join([head, *first_lines(lines, _SHOWN_NOTES)]), VrxWarning, stacklevel=stacklevel)
+        warn("\n  ".join([head, *first_lines(lines, _SHOWN_NOTES)]), stacklevel)
 
 
 def _no_world(root: Element) -> ConfigError:
@@ -201,6 +202,7 @@ class _Reader:
         first = root.child("world") or root
         self.others = [one for one in root.children if one is not first] if first is not root else []
         self.report = Report([*notes])
+        self.note = self.report.note
         self.parts: dict[Problem, Element] = {}
         """Part of the world in which each problem is."""
         self.pieces: list[Piece] = []
@@ -223,7 +225,7 @@ class _Reader:
         for part, child in zip(self.root.children, in_world_frame(self.root, self.file), strict=True):
             self.take_part(part, child)
         for other in self.others:
-            self.report.note(other, "ignored", "only the first world of a file is read")
+            self.note(other, "ignored", "only the first world of a file is read")
         try:
             self.finish()
         except ConfigError as error:
@@ -247,7 +249,7 @@ class _Reader:
         pose, place = pose_of_included(element, folder) if element.tag == "include" else pose_of(element)
         whole = At(list(boat_pose(pose, model_file(robot, folder))), place)
         self.boats.append({"name": safe_name(name), "pose": whole, "robot": At(robot, element.place)})
-        self.report.note(element, "imported", "a boat, unless a fleet is given")
+        self.note(element, "imported", "a boat, unless a fleet is given")
 
     def take_part(self, part: Element, child: Element | ConfigError) -> None:
         """Take over a part of the world, in its frame; what is wrong is kept for the end."""
@@ -287,20 +289,20 @@ class _Reader:
         counts = self.root.all(tag)[-1 if last else 0] if tag in _ONCE else element
         if counts is not element:
             text = f"only the {'last' if last else 'first'} <{tag}> is read, on line {counts.place.line}"
-            self.report.note(element, "ignored", text)
+            self.note(element, "ignored", text)
         return counts is not element
 
     def add(self, part: str, element: Element, content: object, without: str = "") -> None:
         """Add a part of the world; without content note why it is ignored."""
         if content is None:
-            self.report.note(element, "ignored", without)
+            self.note(element, "ignored", without)
         else:
             self.add_piece(part, element, {part: content}, f"`{part}`")
 
     def add_piece(self, part: str, element: Element, content: Content, ours: str) -> None:
         """Add a piece of the world, in which may be keys of other parts."""
         self.pieces.append(Piece(part, label(element), element.place, (label(element),), content))
-        self.report.note(element, "imported", ours)
+        self.note(element, "imported", ours)
 
     def take_include(self, element: Element) -> None:
         """Take over a model by its name."""
@@ -310,7 +312,7 @@ class _Reader:
         if name in _BASES:
             self.terrain = element
         elif name in _TABLE["models"] and not (name in _WATER and has_model(name, self.file.parent)):
-            self.report.note(element, *_TABLE["models"][name])
+            self.note(element, *_TABLE["models"][name])
         else:
             self.place(element, name)
 
@@ -318,7 +320,7 @@ class _Reader:
         """Place an object."""
         ours = self.catalogue_model(name, element)
         if ours is None and not has_model(name, self.file.parent):
-            self.report.note(element, "ignored", f"no model named '{name}'; {self.hint(name)}")
+            self.note(element, "ignored", f"no model named '{name}'; {self.hint(name)}")
             return
         source = f"{SCHEME}{name}"
         if ours is None:
@@ -346,7 +348,7 @@ class _Reader:
         if self.take_water(element, model, name):
             return False
         if not any(one.tag in {"link", *INSIDE} for one in model.children):
-            self.report.note(element, "ignored", "the model has no links")
+            self.note(element, "ignored", "the model has no links")
             return False
         if element.value_of("static", "switch") or not is_boat(model):
             return True
@@ -361,7 +363,7 @@ class _Reader:
             ours = f"`sea`{', fully raised by that wind' * (sea['model'] == 'pm')}"
             self.add_piece("sea", waves if model is element else element, {"sea": sea}, ours)
         elif name in _WATER:
-            self.report.note(element, "imported", "the water, which is everywhere")
+            self.note(element, "imported", "the water, which is everywhere")
         return waves is not None or name in _WATER
 
     def tell(self, model: str, folder: Path) -> None:
@@ -396,7 +398,7 @@ class _Reader:
         kinds = [one for one in (known[0], *self.known) if one == known[0] or one.startswith(f"{name}_2023_")]
         found = next((one for one in kinds if same_buoyancy(given, self.buoyancy(one))), None)
         if found is None:
-            self.report.note(include, "approximated", f"`{known[0]}`, whose buoyancy shape or drag differs")
+            self.note(include, "approximated", f"`{known[0]}`, whose buoyancy shape or drag differs")
         return found or known[0]
 
     def buoyancy(self, model: str) -> Content:
@@ -424,24 +426,24 @@ class _Reader:
         elif name in _WINDS:
             self.add("wind", element, element.fields("wind"))
             if any(thing.text("link_name") == _STALE_LINK for thing in element.all("wind_obj")):
-                self.report.note(element, "approximated", "its link `base_link` is taken as the boat", "<wind_obj>")
+                self.note(element, "approximated", "its link `base_link` is taken as the boat", "<wind_obj>")
             for tag, topic in _TABLE["topics"].items():
                 if element.text(tag) not in {"", topic}:
-                    self.report.note(element, "ignored", f"the topic is always `{topic}`", f"<{tag}>")
+                    self.note(element, "ignored", f"the topic is always `{topic}`", f"<{tag}>")
         elif "publisherplugin" in name:
             self.add("sea", element, published_sea(element), "nothing here subscribes to what it publishes")
         else:
             known = "contain" if element.child("performer") else name
-            self.report.note(element, *next(said for pattern, *said in _TABLE["plugins"] if re.search(pattern, known)))
+            self.note(element, *next(said for pattern, *said in _TABLE["plugins"] if re.search(pattern, known)))
 
     def take_wind(self, element: Element) -> None:
         """Take over the wind of gz-sim, which acts on boats with sails, areas or coefficients."""
         plugin = next((one for one in self.root.all("plugin") if plugin_name(one) in _WINDS), None)
         if plugin is not None:
-            self.report.note(element, "ignored", f"the wind plugin on line {plugin.place.line} is used instead")
+            self.note(element, "ignored", f"the wind plugin on line {plugin.place.line} is used instead")
             return
         if element.value_of("linear_velocity", "x y z", (0.0,))[-1]:
-            self.report.note(element, "approximated", "wind is horizontal: the third number is ignored")
+            self.note(element, "approximated", "wind is horizontal: the third number is ignored")
         self.add("wind", element, mean_wind(element), "there is no wind")
 
     def take_surroundings(self, element: Element) -> None:
@@ -456,9 +458,9 @@ class _Reader:
         step = element.value_of("max_step_size")
         usual = 0.004 if self.newer else 0.01
         if step is None or step == usual:
-            self.report.note(element, "imported", f"`physics`: a step of {usual:g} s")
+            self.note(element, "imported", f"`physics`: a step of {usual:g} s")
         else:
-            self.report.note(element, "approximated", f"a step of {usual:g} s, not {step:g} s: `physics: timestep`")
+            self.note(element, "approximated", f"a step of {usual:g} s, not {step:g} s: `physics: timestep`")
 
     def take_gravity(self, element: Element) -> None:
         """Take over gravity."""
@@ -466,7 +468,7 @@ class _Reader:
         if z > 0 or math.hypot(x, y) > _STEEP * -z:
             raise element.fault(f"gravity must point down, got {literal(element.own_text)}")
         if x or y:
-            self.report.note(element, "approximated", "gravity is taken straight down")
+            self.note(element, "approximated", "gravity is taken straight down")
         self.add_piece("gravity", element, {"physics": {"gravity": -z}}, "`physics: gravity`")
 
     def finish(self) -> None:
@@ -480,9 +482,9 @@ class _Reader:
         others: list[tuple[Element, Content]] = []
         for element, content in self.placed:
             if any(_same(content, one) for one in base):
-                self.report.note(element, "imported", "part of the extended world")
+                self.note(element, "imported", "part of the extended world")
             else:
-                self.report.note(element, "imported", "`objects`")
+                self.note(element, "imported", "`objects`")
                 others.append((element, content))
         self.check_names(others, base)
         objects = [content for _, content in others]
@@ -516,9 +518,9 @@ class _Reader:
         here = [content for _, content in self.placed]
         missing = [one for one in found if one["model"] != _BALL and not any(_same(other, one) for other in here)]
         if missing:
-            self.report.note(element, "approximated", f"`extends: {world}`, which also has {missing[0]['name']}")
+            self.note(element, "approximated", f"`extends: {world}`, which also has {missing[0]['name']}")
         else:
-            self.report.note(element, "imported", f"`extends: {world}`")
+            self.note(element, "imported", f"`extends: {world}`")
         extended = Piece("base", label(element), element.place, (label(element),), {"extends": world})
         self.pieces = [extended, *self.pieces]
         return list(found)
@@ -533,12 +535,12 @@ class _Reader:
         markers = markers_of(plugin)
         self.add_piece("task", plugin, {"task": task, **({"markers": markers} if markers else {})}, "`task`")
         for element, reason in unread(plugin):
-            self.report.note(element, "ignored", reason)
+            self.note(element, "ignored", reason)
         for other in self.scoring:
             if other is not plugin and task["type"] == "gymkhana":
-                self.report.note(other, "imported", "part of the gymkhana")
+                self.note(other, "imported", "part of the gymkhana")
             elif other is not plugin:
-                self.report.note(other, "ignored", "only the task of the first scoring plugin is read")
+                self.note(other, "ignored", "only the task of the first scoring plugin is read")
 
 
 def _same(content: Content, other: Content) -> bool:

@@ -24,10 +24,8 @@ from vrx_mj.config.tree import ALLOWED, File, is_ros_name, literal
 from vrx_mj.config.values import Name, Positive, Vec3, numbers
 from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.formats.parts.read import Instance, Kind, PartsFile, Release, name_of, part_types, place_of
+from vrx_mj.frames import Vector
 from vrx_mj.packages import root
-
-Point = tuple[float, float, float]
-"""x, y, z in base_link [m]."""
 
 _FACE = 1e-9
 """Distance beyond a face that still counts as on it [m]: 0.8 - 0.5 is not 0.3 to the last bit."""
@@ -50,25 +48,25 @@ class Box(Config):
     """How many parts it takes; None for any number."""
 
     @property
-    def low(self) -> Point:
+    def low(self) -> Vector:
         """Least x, y and z [m]."""
         return self._corner(-0.5)
 
     @property
-    def high(self) -> Point:
+    def high(self) -> Vector:
         """Greatest x, y and z [m]."""
         return self._corner(0.5)
 
-    def _corner(self, share: float) -> Point:
+    def _corner(self, share: float) -> Vector:
         """The centre, moved by a share of the edges [m]."""
         (x, y, z), (a, b, c) = self.center, self.size
         return x + share * a, y + share * b, z + share * c
 
-    def contains(self, point: Point) -> bool:
+    def contains(self, point: Vector) -> bool:
         """Whether a point is inside or on a face."""
         return all(abs(x - near) <= _FACE for x, near in zip(point, self.nearest(point).point, strict=True))
 
-    def nearest(self, point: Point, inset: float = 0.0) -> "Spot":
+    def nearest(self, point: Vector, inset: float = 0.0) -> "Spot":
         """The place nearest to a point that is at least `inset` [m], or half an edge, inside."""
         x, y, z = (
             min(max(x, low + min(inset, edge / 2.0)), high - min(inset, edge / 2.0))
@@ -80,13 +78,13 @@ class Box(Config):
 class Spot(NamedTuple):
     """A place in a box."""
 
-    point: Point
+    point: Vector
     box: Box
     distance: float
     """Distance from the part's present place [m]."""
 
 
-def assign_boxes(points: Sequence[Point], boxes: Sequence[Box]) -> list[Box | None]:
+def assign_boxes(points: Sequence[Vector], boxes: Sequence[Box]) -> list[Box | None]:
     """The box of each point in turn: the first that contains it and has room. VRX's algorithm."""
     room = [math.inf if box.capacity is None else box.capacity for box in boxes]
     found: list[Box | None] = []
@@ -99,12 +97,12 @@ def assign_boxes(points: Sequence[Point], boxes: Sequence[Box]) -> list[Box | No
     return found
 
 
-def nearest_box(point: Point, boxes: Sequence[Box]) -> Spot | None:
+def nearest_box(point: Vector, boxes: Sequence[Box]) -> Spot | None:
     """The box nearest to a point, whether it has room or not, and its nearest place."""
     return min((box.nearest(point) for box in boxes), key=attrgetter("distance"), default=None)
 
 
-def nearest_place(points: Sequence[Point], index: int, boxes: Sequence[Box]) -> Spot | None:
+def nearest_place(points: Sequence[Vector], index: int, boxes: Sequence[Box]) -> Spot | None:
     """The nearest place at which point `index` gets a box and no other point loses its own.
 
     None if no box has room. Exact but for places on a face that two boxes share: there it may be `INSET` off.
@@ -225,7 +223,7 @@ class PartVerdict:
 
     instance: Instance
     kind: Kind
-    point: Point | None
+    point: Vector | None
     """Place in base_link [m]; None for a part without one that rules speak of."""
     box: Box | None
     """The box that took it."""
@@ -317,7 +315,7 @@ def _against_type(instance: Instance, book: Rules) -> Iterator[Breach]:
             yield Breach("parameter", f"parameter {key} not permitted{missing}")
 
 
-def _outside(point: Point, boxes: Sequence[Box]) -> str:
+def _outside(point: Vector, boxes: Sequence[Box]) -> str:
     """Reason why a point got no box, with its distance from the nearest."""
     full = [box.name for box in boxes if box.contains(point)]
     if full:

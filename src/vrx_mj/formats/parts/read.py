@@ -8,7 +8,6 @@ may have any namespace. Suspicious values are reported.
 import json
 import math
 import re
-import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
@@ -25,10 +24,11 @@ from vrx_mj.config.search import display
 from vrx_mj.config.tree import File, Items, Loc, Place, Section, choice, key_path, literal, unknown_key
 from vrx_mj.config.values import MAX_COORDINATE, as_switch
 from vrx_mj.config.yaml_text import parse, read_lines
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning, shorten
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, shorten, warn
 from vrx_mj.formats.urdf.elements import numbers_of, truth
-from vrx_mj.formats.urdf.expand import Result, evaluate, expand
+from vrx_mj.formats.urdf.expand import Arguments, Result, evaluate, expand
 from vrx_mj.formats.urdf.xml_document import file_error
+from vrx_mj.frames import Vector
 from vrx_mj.packages import root
 
 Kind = Literal["components", "thrusters"]
@@ -210,7 +210,7 @@ def triple(value: object) -> str:
         raise ValueError(f"expected three numbers as in '1.0 0 -1.0', got {literal(value)}{why}") from None
 
 
-def triple_of(text: str) -> tuple[float, float, float]:
+def triple_of(text: str) -> Vector:
     """The three numbers of a text that `triple` made."""
     x, y, z = map(float, text.split())
     return x, y, z
@@ -271,7 +271,7 @@ def name_of(instance: Instance) -> str:
     return str(instance.parameters.get(key) or part_types()[instance.type].default(key) or "")
 
 
-def place_of(instance: Instance) -> tuple[float, float, float] | None:
+def place_of(instance: Instance) -> Vector | None:
     """Place of a part in base_link [m]; None for a type without coordinates, which no box limits."""
     part, given = part_types()[instance.type], instance.parameters
     if part.kind == "thrusters":
@@ -338,7 +338,7 @@ def load_parts(path: Path | str, kind: Kind) -> PartsFile:
     for loc, instance in reading.parts:
         for key, message in _suspicious_values(instance):
             place = reading.places.get((*loc, key), instance.place)
-            warnings.warn(str(place.problem(key_path((*loc, key)), message)), VrxWarning, stacklevel=2)
+            warn(str(place.problem(key_path((*loc, key)), message)), 2)
     return PartsFile(file, kind, tuple(part for _, part in reading.parts), tuple(map(str, reading.stops)))
 
 
@@ -513,7 +513,7 @@ def wamv_urdf(
     components: PartsFile | None = None,
     namespace: str = "wamv",
     locked: bool = False,
-    arguments: Mapping[str, str] | None = None,
+    arguments: Arguments | None = None,
     file: Path | None = None,
     package_paths: Sequence[Path] = (),
 ) -> str:
@@ -546,7 +546,7 @@ def wamv_urdf(
     return str(made)  # without places in files that have gone
 
 
-def _check(arguments: Mapping[str, str], namespace: str) -> None:
+def _check(arguments: Arguments, namespace: str) -> None:
     known = arguments_of_wamv()
     for name, value in arguments.items():
         check_name("argument of the WAM-V", name, known)

@@ -7,7 +7,6 @@ significant.
 
 import contextlib
 import math
-import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -16,12 +15,12 @@ from typing import Annotated, Any
 
 from pydantic import Field, TypeAdapter, ValidationError
 
-from vrx_mj.config.base import Config, Fault
+from vrx_mj.config.base import Config, Faults
 from vrx_mj.config.loading import problem_at, problems_of
 from vrx_mj.config.search import catalogue, display
 from vrx_mj.config.tree import File, Items, Place, Section, key_path, literal
 from vrx_mj.config.yaml_text import Repeat, parse_loosely, read_lines
-from vrx_mj.errors import ConfigError, Problem, VrxWarning
+from vrx_mj.errors import ConfigError, Problem, warn
 from vrx_mj.formats.urdf.expand import Result, evaluate
 
 MOST_WORLDS = 10_000
@@ -44,7 +43,7 @@ class _AxisConfig(Config):
     sequence: dict[str, _Calls | None] | None = None
     yamls: dict[str, Any] | None = None
 
-    def _faults(self) -> Iterator[Fault]:
+    def _faults(self) -> Faults:
         for key, steps in (("sequence", self.sequence), ("yamls", self.yamls)):
             for step in steps or ():
                 if not (step.isascii() and step.isdigit() and len(step) < 10):
@@ -128,9 +127,9 @@ def read_series(path: Path) -> Series:
     if series.count > MOST_WORLDS:
         counts = " x ".join(literal(axis.steps) for axis in series.axes)
         message = f"{counts} steps make {literal(series.count)} worlds; at most {MOST_WORLDS} are allowed"
-        raise ConfigError([Problem(file.name, 1, None, "", message)])
+        raise ConfigError.of(file.name, message, line=1)
     if remarks := [*_remarks(series, repeats)]:
-        warnings.warn(f"{file.name}: {'; '.join(remarks)}", VrxWarning, stacklevel=2)
+        warn(f"{file.name}: {'; '.join(remarks)}", 2)
     return series
 
 

@@ -2,7 +2,6 @@
 
 import json
 import re
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any, NamedTuple
 from vrx_mj.config.loading import read_source
 from vrx_mj.config.search import SCHEME
 from vrx_mj.config.tree import Entry, Items, Place, Section, key_path, merge
-from vrx_mj.errors import ConfigError, VrxWarning
+from vrx_mj.errors import ConfigError, warn
 from vrx_mj.formats.urdf.elements import unused_name
 
 _SINGLE = ("base", "task")
@@ -118,7 +117,7 @@ def pieces_in_force(pieces: Sequence[Piece]) -> list[Piece]:
             message = f"a world has one {piece.part}, which '{first.name}' on line {line} already gives"
             raise ConfigError([piece.place.problem(key_path(piece.loc), message)])
         text = f"{piece.place.file.name}: {piece.name} is called on lines {line} and {piece.place.line}"
-        warnings.warn(f"{text}; the last one is used", VrxWarning, stacklevel=2)
+        warn(f"{text}; the last one is used", 2)
         kept[kept.index(first)] = piece
     return kept
 

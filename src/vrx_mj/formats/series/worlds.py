@@ -7,7 +7,6 @@ import contextlib
 import functools
 import itertools
 import re
-import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +19,7 @@ from vrx_mj.config.loading import file_of, read_source
 from vrx_mj.config.search import SCHEME, is_path
 from vrx_mj.config.tree import File, Items, Place, Section, literal
 from vrx_mj.config.values import as_switch
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning, ignore_warnings
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, ignore_warnings, warn
 from vrx_mj.formats.gazebo.document import Element, expanded_calls, parse
 from vrx_mj.formats.gazebo.worlds import GazeboWorld, world_of
 from vrx_mj.formats.series.axes import BLOCK, Call, Series, calls_around, calls_of, read_series
@@ -154,7 +153,7 @@ def _block(call: Call, name: str) -> str:
     if element.children and element.own_text:
         stray = literal(" ".join(element.own_text.split()))
         problem = f"{call.place.file.name}:{call.place_of(key).line}: {stray} between the elements of {key}"
-        warnings.warn(f"{problem} is ignored", VrxWarning, stacklevel=2)
+        warn(f"{problem} is ignored", 2)
     return f"<{name}>{' '.join(text.split())}</{name}>"
 
 

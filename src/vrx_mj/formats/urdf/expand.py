@@ -8,7 +8,6 @@ packages and in named folders.
 import os
 import os.path
 import re
-import warnings
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,7 +27,7 @@ from vrx_mj.config.search import (
     workspace_packages,
 )
 from vrx_mj.config.tree import Place
-from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning, first_lines, first_names, shorten
+from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, first_lines, first_names, shorten, warn
 from vrx_mj.foreign import ReaderError, ask
 from vrx_mj.formats.urdf.xml_document import Table, file_error, read_bytes, read_text
 from vrx_mj.packages import root
@@ -41,6 +40,8 @@ _SECONDS, _ANSWER = 3, 32 << 20
 _MOST_PACKAGES = 100
 """Packages that the files of one expansion may name."""
 _MACRO = re.compile(r"<xacro:macro\s[^<>]{0,500}?\bname\s*=\s*[\"']([^\"'<>]{1,100})[\"']")
+Arguments = Mapping[str, str]
+"""Arguments of a launch file or of a xacro, by name."""
 MACROS = root() / "assets" / "robots" / "wamv" / "vrx_gazebo" / "worlds" / "xacros" / "include_all_xacros.xacro"
 """The macros of VRX's worlds."""
 LEFT_OUT = "/missing:/"
@@ -158,7 +159,7 @@ class ExpandedText(str):
 def expand(
     file: Path,
     *,
-    arguments: Mapping[str, str] | None = None,
+    arguments: Arguments | None = None,
     needed: Collection[str] = (),
     package_paths: Sequence[Path] = (),
     libraries: Collection[str] = (),
@@ -181,7 +182,7 @@ def expand(
     return text
 
 
-def declared_names(file: Path, arguments: Mapping[str, str], package_paths: Sequence[Path] = ()) -> tuple[str, ...]:
+def declared_names(file: Path, arguments: Arguments, package_paths: Sequence[Path] = ()) -> tuple[str, ...]:
     """Names of the arguments that a `.xacro` and the files in it declare, given some of them. Raises ConfigError."""
     return _expand(Path(file), arguments, package_paths).declared
 
@@ -223,9 +224,7 @@ def arguments(file: Path) -> dict[str, str]:
     return found
 
 
-def _expand(
-    file: Path, arguments: Mapping[str, str], paths: Sequence[Path], libraries: Collection[str] = ()
-) -> Expanded:
+def _expand(file: Path, arguments: Arguments, paths: Sequence[Path], libraries: Collection[str] = ()) -> Expanded:
     """What a file expands to; a package that it names in another file, or by an expression, takes one more attempt."""
     if not file.is_file():
         raise file_error(file, "no such file")
@@ -270,7 +269,7 @@ def _warn(file: Path, made: Expanded) -> None:
     for what, lines in (("xacro warns", made.warnings), ("not read, because packages are missing", made.left_out)):
         if lines:
             text = "\n".join([f"{display(file)}: {what}", *first_lines(lines, _SHOWN_WARNINGS)])
-            warnings.warn(text, VrxWarning, stacklevel=3)
+            warn(text, 3)
 
 
 def evaluate(file: str, texts: Sequence[tuple[str, Mapping[str, float]]]) -> tuple[Result, ...]:
@@ -291,7 +290,7 @@ def evaluate(file: str, texts: Sequence[tuple[str, Mapping[str, float]]]) -> tup
     return (*found, *[failed] * (len(texts) - len(found)))
 
 
-def evaluate_argument(expression: str, arguments: Mapping[str, str], find: Callable[[str], str], folder: Path) -> str:
+def evaluate_argument(expression: str, arguments: Arguments, find: Callable[[str], str], folder: Path) -> str:
     """Return what `$(eval ...)` of a launch file in a folder comes to; `find` gives folders of packages.
 
     Raises:

@@ -15,19 +15,19 @@ from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.urdf.elements import FIELDS, Findings, Node, Tag, Values, numbers_of
 from vrx_mj.formats.urdf.gazebo_sensors import INSTRUMENTS, TABLES, Scope, plugin_kind, read_instrument, read_sensor
 from vrx_mj.formats.urdf.model import Gazebo, Urdf, UrdfThruster
-from vrx_mj.frames import compose
+from vrx_mj.frames import ZERO, Vector, compose
 
 _AXES = ("xU", "yV", "zW", "kP", "mQ", "nR")
 """Coefficients along the axes of motion: surge, sway, heave, roll, pitch, yaw."""
 _FOSSEN = {axis: (f"{axis[0]}Dot{axis[1]}", axis, f"{axis}abs{axis[1]}", f"{axis}{axis[1]}") for axis in _AXES}
 """Tags of added mass [kg, kg m2], linear [N s/m, N m s] and quadratic drag, the last by its newer and older name."""
-CURRENT = Tag("default_current", (0.0, 0.0, 0.0), "m/s"), "{} is ignored: set currents in the world"
+CURRENT = Tag("default_current", ZERO, "m/s"), "{} is ignored: set currents in the world"
 _TYPES = ("COMMAND", "EFFORT", "POSITION", "VELOCITY")
 
 _COEFFICIENT = re.compile(r"[xyzkmn](Dot)?[UVWPQR][UVWPQR]?|[xyzkmn][UVWPQR]abs[UVWPQR]")
 SPEEDS = Tag("use_angvel_cmd", False), "{} is ignored: commands are not propeller speeds [rad/s]"
 _MAPPINGS = {0.0: "linear", 1.0: "glf"}
-_WIND = Tag("coeff_vector|wind_coeff_vector", (0.0, 0.0, 0.0), labels="x y yaw")
+_WIND = Tag("coeff_vector|wind_coeff_vector", ZERO, labels="x y yaw")
 _FORWARD = (1.0, 0.0, 0.0)
 _USUAL_THRUST = 250.0
 """Largest force [N] where a file gives none: the WAM-V's."""
@@ -170,7 +170,7 @@ class Robot(Scope):
 
     def thrust(
         self, node: Node, link: str, drive: Values, *, name: str = "", propeller: str | None = None,
-        engine: str | None = None, axis: tuple[float, float, float] = _FORWARD,
+        engine: str | None = None, axis: Vector = _FORWARD,
     ) -> None:  # fmt: skip
         """Keep a thruster, if its values are valid."""
         astern = {"max_force_reverse": -abs(drive["max_force_reverse"])}
@@ -298,7 +298,7 @@ def _foil(node: Node, robot: Robot) -> None:
     theirs = plugin_kind(node) in _ASV_FOILS
     kind = _ASV_FOILS.get(plugin_kind(node), kind)
     name, joint = robot.local(link).removesuffix("_link"), robot.hinge(link)
-    x, y, z = node.values("cp", "x y z", (0.0, 0.0, 0.0))
+    x, y, z = node.values("cp", "x y z", ZERO)
     area = node.value("area", 1.0, above=0)
     entry: dict[str, object] = {"center": (x, y, z), "joint": joint, "max_angle": math.pi / 2}
     if kind == "sail" and joint:
@@ -318,14 +318,14 @@ def _foil(node: Node, robot: Robot) -> None:
         robot.warn(node, f"a foil of link_type '{kind}' {'without a joint ' if kind == 'sail' else ''}is ignored")
 
 
-def _sail_rows(node: Node) -> tuple[tuple[float, float, float], ...]:
+def _sail_rows(node: Node) -> tuple[Vector, ...]:
     """Coefficients of asv_sim's sail, whose lift and drag are straight lines to the stall and from there to 90 degrees.
 
     Lift there would jump from one sign to the other; here it is 0.
     """
     stall, drag = node.value("alpha_stall", 0.5 / math.pi, above=0, high=1.5), node.value("cda", 2.0 / math.pi, low=0)
     lift, degrees = node.value("cla", math.tau, above=0) * stall, math.degrees(stall)
-    up = ((0.0, 0.0, 0.0), (degrees, lift, drag * stall))
+    up = (ZERO, (degrees, lift, drag * stall))
     down = ((180.0 - angle, -lift, drag) for angle, lift, drag in reversed(up))
     return (*up, (90.0, 0.0, drag * math.pi / 2), *down)
 

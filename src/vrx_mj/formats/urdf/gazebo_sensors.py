@@ -12,8 +12,8 @@ from vrx_mj.config.base import Config
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.urdf.elements import FIELDS, Findings, Node, Rows, Tag, Values, own_name, unused_name
-from vrx_mj.formats.urdf.model import ZERO, Gazebo, Loss, Urdf, chain
-from vrx_mj.frames import Pose
+from vrx_mj.formats.urdf.model import Gazebo, Loss, Urdf, chain
+from vrx_mj.frames import IDENTITY, ZERO, Pose
 
 _HARD_CODED = ("wamv/", "cora/")
 """Prefixes that VRX's files write whatever the boat's namespace is."""
@@ -101,7 +101,9 @@ class Scope(Gazebo):
 
     def pose(self, link: str, node: Node | None = None) -> Pose:
         """Pose of a link, or of a sensor with a `<pose>` in it, in the root link's frame [m, rad]."""
-        return chain(self.urdf.places.get(link, ZERO), node.value_of(Tag("pose", ZERO, "m, rad")) if node else ZERO)
+        return chain(
+            self.urdf.places.get(link, IDENTITY), node.value_of(Tag("pose", IDENTITY, "m, rad")) if node else IDENTITY
+        )
 
     def local(self, name: str, *, hard_coded: bool = False) -> str:
         """A frame's or link's name without slash in front and namespace, nor one that VRX hard-codes."""
@@ -141,7 +143,7 @@ _Ignored = tuple[tuple[Tag, str], ...]
 LENS: _Ignored = tuple(
     (Tag(f"distortion{key}"), "lens distortion is not simulated") for key in ("K1", "K2", "K3", "T1", "T2")
 )
-OFFSETS: _Ignored = tuple((Tag(tag, (0.0, 0.0, 0.0), "m, rad"), "{} is ignored") for tag in _OFFSETS)
+OFFSETS: _Ignored = tuple((Tag(tag, ZERO, "m, rad"), "{} is ignored") for tag in _OFFSETS)
 
 
 @dataclass(frozen=True)

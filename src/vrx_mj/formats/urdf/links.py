@@ -19,7 +19,7 @@ from vrx_mj.foreign import ask
 from vrx_mj.formats.urdf.elements import FIELDS, LARGEST, Findings, Node, Values, own_name
 from vrx_mj.formats.urdf.gazebo import read_gazebo
 from vrx_mj.formats.urdf.model import Color, Inertial, Joint, Limits, Link, LinkRow, MeshRow, Urdf
-from vrx_mj.frames import Pose, angles
+from vrx_mj.frames import IDENTITY, ZERO, Pose, Vector, angles
 
 _GEOMETRIES = ("box", "sphere", "cylinder", "capsule", "mesh")
 _POST = "_post_link"
@@ -84,9 +84,9 @@ def _read_pose(node: Node | None) -> Pose:
     """The pose in an element's `<origin>`; what is missing is zero."""
     origin = node.child("origin") if node else None
     if origin is None:
-        return (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    x, y, z = origin.numbers("xyz", "x y z", (0.0, 0.0, 0.0), low=-1e6, high=1e6)
-    roll, pitch, yaw = origin.numbers("rpy", "roll pitch yaw", (0.0, 0.0, 0.0))
+        return IDENTITY
+    x, y, z = origin.numbers("xyz", "x y z", ZERO, low=-1e6, high=1e6)
+    roll, pitch, yaw = origin.numbers("rpy", "roll pitch yaw", ZERO)
     return (x, y, z, roll, pitch, yaw)
 
 
@@ -268,7 +268,7 @@ def _end(node: Node, tag: str, links: Collection[str]) -> str:
     return name
 
 
-def _axis(node: Node, kind: str) -> tuple[float, float, float]:
+def _axis(node: Node, kind: str) -> Vector:
     """Direction of the joint's axis, of length 1."""
     axis = node.child("axis")
     x, y, z = axis.numbers("xyz", "x y z", (1.0, 0.0, 0.0)) if axis else (1.0, 0.0, 0.0)
@@ -277,7 +277,7 @@ def _axis(node: Node, kind: str) -> tuple[float, float, float]:
     return length_one((x, y, z))
 
 
-def length_one(axis: tuple[float, float, float]) -> tuple[float, float, float]:
+def length_one(axis: Vector) -> Vector:
     """The direction of a vector; x for one without a length."""
     x, y, z = axis
     length = math.hypot(x, y, z)
@@ -305,7 +305,7 @@ def free_type(kind: str, limits: Limits | None) -> tuple[str, Limits | None]:
     return "continuous" if kind == "revolute" and endless else kind, limits
 
 
-Row = tuple[str, str, str, str, Pose, tuple[float, float, float], float]
+Row = tuple[str, str, str, str, Pose, Vector, float]
 """Name of a joint, type, parent, child, pose in the parent at 0 [m, rad], axis, and value at rest."""
 _Turns = Callable[[Sequence[str], Sequence[Row]], dict[str, FloatArray]]
 

@@ -11,11 +11,9 @@ from vrx_mj.config.robots import ChannelEntry, RudderEntry, SailEntry
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.errors import Problem
-from vrx_mj.frames import Pose, compose, inverse
+from vrx_mj.frames import IDENTITY, Pose, Vector, compose, inverse
 
 Color = tuple[float, float, float, float]
-Scale = tuple[float, float, float]
-ZERO: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -67,7 +65,7 @@ class MeshRow:
     file: str
     """Name of the mesh in the robot's file."""
     pose: Pose
-    scale: Scale
+    scale: Vector
     name: str | None
     color: Color | None
     """None: that of the mesh."""
@@ -116,7 +114,7 @@ class Joint:
     parent: str
     child: str
     pose: Pose
-    axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    axis: Vector = (1.0, 0.0, 0.0)
     limits: Limits | None = None
     place: Place = Place()
     rest: float = 0.0
@@ -145,7 +143,7 @@ class UrdfThruster:
     kp: float = 300.0
     kd: float = 20.0
     place: Place = Place()
-    axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    axis: Vector = (1.0, 0.0, 0.0)
     """Direction of the thrust in the propeller's link, of length 1."""
 
 
@@ -160,7 +158,7 @@ class Gazebo:
     hydrodynamics: HydrodynamicsConfig | None = None
     water: _Water = field(default_factory=dict)
     """Fields of `HydrodynamicsConfig` that are known where the rest is not; in a six None is what is not."""
-    wind: tuple[float, float, float] | None = None
+    wind: Vector | None = None
     """Coefficients, from VRX's wind plugin."""
     rudders: dict[str, RudderEntry] = field(default_factory=dict)
     """Rudders and keels."""
@@ -233,9 +231,9 @@ class Urdf:
 
 def relative(outer: Pose, inner: Pose) -> Pose:
     """The pose of one frame in another, both given in a third."""
-    return inner if outer == ZERO else ZERO if inner == outer else compose(inverse(outer), inner)
+    return inner if outer == IDENTITY else IDENTITY if inner == outer else compose(inverse(outer), inner)
 
 
 def chain(*poses: Pose) -> Pose:
     """The pose of the last frame in the first one's parent; each pose is in the frame before it [m, rad]."""
-    return reduce(compose, poses, ZERO)
+    return reduce(compose, poses, IDENTITY)

@@ -6,7 +6,6 @@ VRX's meshes, which are not ours to ship, have stand-ins.
 import json
 import os.path
 import re
-import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
@@ -21,14 +20,14 @@ from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.config.search import ALLOW, ReadingError, display, is_inside, read_limited
 from vrx_mj.config.shapes import MESH_SUFFIXES, Shape, Visual
 from vrx_mj.config.tree import literal, one_of
-from vrx_mj.errors import VrxError, VrxWarning, first_names, shorten
+from vrx_mj.errors import VrxError, first_names, shorten, warn
 from vrx_mj.foreign import ask
 from vrx_mj.formats.urdf.elements import Findings
 from vrx_mj.formats.urdf.expand import ExpandedText, Files
 from vrx_mj.formats.urdf.links import ShapeT
-from vrx_mj.formats.urdf.model import Color, Link, LinkRow, MeshRow, Scale, Urdf, chain
+from vrx_mj.formats.urdf.model import Color, Link, LinkRow, MeshRow, Urdf, chain
 from vrx_mj.formats.urdf.xml_document import WORDING
-from vrx_mj.frames import Pose, inverse
+from vrx_mj.frames import Pose, Vector, inverse
 from vrx_mj.packages import root
 
 _PACKAGE = re.compile(r"(package|model)://([^/]*)/(.*)", re.DOTALL)
@@ -226,7 +225,7 @@ def stand_ins() -> Mapping[str, Mapping[str, Any]]:
     return table
 
 
-def _stand_in(name: str, pose: Pose, color: Color | None, scale: Scale = (1.0, 1.0, 1.0)) -> tuple[Visual, ...]:
+def _stand_in(name: str, pose: Pose, color: Color | None, scale: Vector = (1.0, 1.0, 1.0)) -> tuple[Visual, ...]:
     """What is drawn where a URDF wants a mesh of VRX, which it names by this path; nothing for other meshes.
 
     `pose` is where the URDF draws the mesh in its link, `scale` how large; `color` is what it asks for, if it does.
@@ -323,7 +322,7 @@ def read_urdf(text: str, file: Path, files: MeshFiles | None = None, *, label: s
     files = files or MeshFiles(file.absolute().parent)
     links = {row.link.name: with_shapes(row, files, findings) for row in rows}
     findings.settle()
-    warn(findings)
+    warn_of_oddities(findings)
     return replace(robot, links=links)
 
 
@@ -361,7 +360,7 @@ def namespace_of(text: str) -> str:
         return ""
 
 
-def warn(findings: Findings) -> None:
+def warn_of_oddities(findings: Findings) -> None:
     """Warn of what is suspicious, once for each kind of it."""
     for kind, things in findings.odd.items():
-        warnings.warn(f"{findings.file}: {ODD[kind]}: {first_names(things, 8)}", VrxWarning, stacklevel=4)
+        warn(f"{findings.file}: {ODD[kind]}: {first_names(things, 8)}", 4)

@@ -7,7 +7,6 @@ the sandboxed process: `read_bytes`, for texts that are handed to it, is for any
 import codecs
 import json
 import re
-import warnings
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
@@ -16,7 +15,7 @@ from xml.etree import ElementTree as ET
 from xml.parsers import expat
 
 from vrx_mj.config.search import ReadingError, display, read_limited
-from vrx_mj.errors import ConfigError, Problem, VrxWarning
+from vrx_mj.errors import ConfigError, warn
 from vrx_mj.formats.urdf.model import Place
 
 MAX_BYTES = 4_000_000
@@ -56,7 +55,7 @@ Table = tuple[_Row, ...]
 
 def file_error(file: Path | str, message: str, key: str = "") -> ConfigError:
     """The error about a file, or one without a path that messages call so, as a whole."""
-    return ConfigError([Problem(display(file) if isinstance(file, Path) else file, None, None, key, message)])
+    return ConfigError.of(display(file) if isinstance(file, Path) else file, message, key=key)
 
 
 def read_bytes(file: Path) -> bytes:
@@ -165,7 +164,7 @@ class _Oddities(dict[str, tuple[str, Place, int]]):
         """Warn of each kind."""
         for words, place, count in self.values():
             more = f" ({count} times)" if count > 1 else ""
-            warnings.warn(VrxWarning(f"{place}:{place.column}: {words}{more}"), stacklevel=3)
+            warn(f"{place}:{place.column}: {words}{more}", 3)
 
 
 def _repair(text: str, name: str, odd: _Oddities) -> str:
@@ -194,7 +193,7 @@ def _repair(text: str, name: str, odd: _Oddities) -> str:
 
 
 def _fault(place: Place, key: str, message: str) -> ConfigError:
-    return ConfigError([Problem(place.file, place.line, place.column, key, message)])
+    return ConfigError.of(place.file, message, key=key, line=place.line, column=place.column)
 
 
 class _Parser:
