@@ -143,6 +143,8 @@ class RowArrays:
         return made
 
 
+Facts = dict[str, npt.NDArray[np.generic]]
+"""Arrays by their names in `info`."""
 Spot = tuple[float, float, float, float]
 """Where a boat starts: x, y [m], heading [rad], and surge velocity [m/s]."""
 
@@ -255,6 +257,10 @@ class Problem(RowArrays, ABC):
     """What a boat observes of the task, in its own axes."""
     boats: ClassVar[int] = 1
     """Number of boats by default."""
+    told: ClassVar[tuple[str, ...]] = ()
+    """Facts of a step for `info`: names of attributes without their underscore."""
+    drawn: ClassVar[tuple[str, ...]] = ()
+    """What `start` draws for `info`, named likewise."""
     fixed: ClassVar[bool] = True
     """Whether there must be exactly so many boats, all the time."""
     placed: ClassVar[bool] = True
@@ -285,13 +291,13 @@ class Problem(RowArrays, ABC):
     def judge(self, team: Team, going: BoolArray) -> Judged:
         """Judge a step, once; only the rows that were `going`, (n,), count, and the boats that were present."""
 
-    @abstractmethod
-    def facts(self) -> dict[str, npt.NDArray[np.generic]]:
+    def facts(self) -> Facts:
         """Facts of a step for `info`, (n,) or (n, boats) each; who keeps them copies them."""
+        return {name: getattr(self, f"_{name}") for name in self.told}
 
-    def episode_facts(self) -> dict[str, npt.NDArray[np.generic]]:
+    def episode_facts(self) -> Facts:
         """What `start` drew, (n, ...) each: for the `info` of an episode's beginning, which copies it."""
-        return {}
+        return {name: getattr(self, f"_{name}") for name in self.drawn}
 
     def forfeit(self, left: IntArray) -> FloatArray:
         """What each boat forfeits that is lost, (n, boats), with so many steps of its episode left, (n,).

@@ -23,8 +23,8 @@ from vrx_mj.rl.options import (
     Range,
     Seeds,
     as_actions,
+    as_count,
     chance,
-    check_count,
     check_picture,
     neighbour_view,
     reset_options,
@@ -123,7 +123,7 @@ class TeamVectorEnv(ProblemRows):
             gymnasium.error.Error: an option is invalid.
             VrxError: the world or the fleet is invalid, as for `compile_world`, or there is no memory for the rows.
         """
-        check_count("num_envs", num_envs)
+        as_count("num_envs", num_envs)
         check_picture(render_mode, _RENDER_MODES, width, height)
         view, self._share = neighbour_view(neighbours, range, noise, delay), team_share(reward)
         moving = chance("joining", joining), chance("leaving", leaving)
