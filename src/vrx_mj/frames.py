@@ -23,9 +23,10 @@ _MINOR = SEMI_MAJOR * (1.0 - FLATTENING)
 _SQUARE = FLATTENING * (2.0 - FLATTENING)
 """The first eccentricity squared."""
 
+Vector = tuple[float, float, float]
 Pose = tuple[float, float, float, float, float, float]
 Quaternion = tuple[float, float, float, float]
-Matrix = tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
+Matrix = tuple[Vector, Vector, Vector]
 _Angle = TypeVar("_Angle", float, FloatArray)
 
 
@@ -61,7 +62,7 @@ def quaternion(roll: float, pitch: float, yaw: float) -> Quaternion:
     )
 
 
-def angles(matrix: Matrix) -> tuple[float, float, float]:
+def angles(matrix: Matrix) -> Vector:
     """Roll, pitch and yaw [rad] of a rotation matrix; roll is 0 where pitch is +-90 degrees."""
     (r00, r01, _), (r10, r11, _), (r20, r21, r22) = matrix
     pitch = math.atan2(-r20, math.hypot(r00, r10))
@@ -76,7 +77,7 @@ def transposed_matrix(matrix: Matrix) -> Matrix:
     return (a, d, g), (b, e, h), (c, f, i)
 
 
-def apply(matrix: Matrix, vector: Sequence[float]) -> tuple[float, float, float]:
+def apply(matrix: Matrix, vector: Sequence[float]) -> Vector:
     """The matrix times a 3-vector."""
     x, y, z = (sum(a * b for a, b in zip(row, vector, strict=True)) for row in matrix)
     return x, y, z
@@ -183,9 +184,7 @@ def matrix_quaternion(rotation: FloatArray) -> FloatArray:
     return -unit if unit[0] < 0.0 else unit
 
 
-def geodetic_to_enu(
-    latitude: float, longitude: float, altitude: float, origin: tuple[float, float, float]
-) -> tuple[float, float, float]:
+def geodetic_to_enu(latitude: float, longitude: float, altitude: float, origin: Vector) -> Vector:
     """East, north and up [m] of a place in the plane tangent at an origin, both as degrees, degrees and m."""
     x, y, z = (
         a - b for a, b in zip(_earth_centred(latitude, longitude, altitude), _earth_centred(*origin), strict=True)
@@ -196,7 +195,7 @@ def geodetic_to_enu(
     return float(east), float(-np.sin(phi) * outward + np.cos(phi) * z), float(np.cos(phi) * outward + np.sin(phi) * z)
 
 
-def _earth_centred(latitude: float, longitude: float, altitude: float) -> tuple[float, float, float]:
+def _earth_centred(latitude: float, longitude: float, altitude: float) -> Vector:
     """x, y, z [m] of a place; x points to where equator and prime meridian meet, z to the north pole."""
     phi, lam = np.radians(latitude), np.radians(longitude)
     radius = SEMI_MAJOR**2 / np.hypot(SEMI_MAJOR * np.cos(phi), _SEMI_MINOR * np.sin(phi))
@@ -204,9 +203,7 @@ def _earth_centred(latitude: float, longitude: float, altitude: float) -> tuple[
     return x, y, (radius * (_SEMI_MINOR / SEMI_MAJOR) ** 2 + altitude) * np.sin(phi)
 
 
-def enu_to_geodetic(
-    east: float, north: float, up: float, latitude: float, longitude: float, altitude: float
-) -> tuple[float, float, float]:
+def enu_to_geodetic(east: float, north: float, up: float, latitude: float, longitude: float, altitude: float) -> Vector:
     """Latitude, longitude [degrees] and altitude [m] of a point by a tangent plane [m] at a geodetic place."""
     phi, lam = math.radians(latitude), math.radians(longitude)
     sin, cos = math.sin(phi), math.cos(phi)
@@ -218,7 +215,7 @@ def enu_to_geodetic(
     return _to_geodetic(x, y, z)
 
 
-def _to_geodetic(x: float, y: float, z: float) -> tuple[float, float, float]:
+def _to_geodetic(x: float, y: float, z: float) -> Vector:
     """From earth-centred x, y, z [m], by Bowring's formula (Survey Review 23, 1976), iterated to the last digits."""
     p = math.hypot(x, y)
     reduced = math.atan2(z * SEMI_MAJOR, p * _MINOR)
@@ -239,26 +236,26 @@ class Geodetic:
     elevation: float
     heading: float
 
-    def to_enu(self, latitude: float, longitude: float, altitude: float | None = None) -> tuple[float, float, float]:
+    def to_enu(self, latitude: float, longitude: float, altitude: float | None = None) -> Vector:
         """World x, y, z [m] of a geodetic position [degrees, degrees, m]; no altitude: that of the origin."""
         height = self.elevation if altitude is None else altitude
         origin = self.latitude, self.longitude, self.elevation
         return self.from_east_north_up(*geodetic_to_enu(latitude, longitude, height, origin))
 
-    def to_geodetic(self, x: float, y: float, z: float) -> tuple[float, float, float]:
+    def to_geodetic(self, x: float, y: float, z: float) -> Vector:
         """Latitude, longitude [degrees] and altitude [m] of a point of the world [m]."""
         return self.geodetic(*self.to_east_north_up(x, y, z))
 
-    def geodetic(self, east: float, north: float, up: float) -> tuple[float, float, float]:
+    def geodetic(self, east: float, north: float, up: float) -> Vector:
         """Latitude, longitude [degrees] and altitude [m] of a point east, north and up [m] of the origin."""
         return enu_to_geodetic(east, north, up, self.latitude, self.longitude, self.elevation)
 
-    def to_east_north_up(self, x: float, y: float, z: float) -> tuple[float, float, float]:
+    def to_east_north_up(self, x: float, y: float, z: float) -> Vector:
         """East, north and up of a vector of the world; they are not x, y and z where `heading` is not 0."""
         cos, sin = math.cos(self.x_from_east), math.sin(self.x_from_east)
         return cos * x - sin * y, sin * x + cos * y, z
 
-    def from_east_north_up(self, east: float, north: float, up: float) -> tuple[float, float, float]:
+    def from_east_north_up(self, east: float, north: float, up: float) -> Vector:
         """x, y and z of a vector in the world."""
         cos, sin = math.cos(self.x_from_east), math.sin(self.x_from_east)
         return cos * east + sin * north, cos * north - sin * east, up
