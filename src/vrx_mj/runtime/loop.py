@@ -43,8 +43,8 @@ MAX_STATE = 1e7
 _MAX_PASSES, _MOMENT_TOLERANCE = 20, 1e-9
 """Largest number of passes in the search for moments of added mass, and the change [N m] with which it ends."""
 
-_STRIDE, _COUNTDOWN, _FILLED = 0, 1, 2
-"""Columns of the sampling table, as in `subscriptions.py`."""
+STRIDE, COUNTDOWN, FILLED = 0, 1, 2
+"""Columns of the sampling table: steps per row, steps until the next row, rows in the buffer."""
 
 
 def _stage(name: str) -> types.ExternalFunction:
@@ -392,7 +392,7 @@ def _has_diverged(qpos: FloatArray, qvel: FloatArray) -> bool:
 @kernel
 def _full(sampling: IntArray, samples: FloatArray) -> bool:
     """Whether the buffer is full."""
-    return bool(sampling[_STRIDE] > 0 and sampling[_FILLED] == samples.shape[0])
+    return bool(sampling[STRIDE] > 0 and sampling[FILLED] == samples.shape[0])
 
 
 @inlined_kernel
@@ -402,14 +402,14 @@ def _sample(a: Views, time: float) -> None:
     Of the device state it has the last numbers, as many as there is room for: those of lights and placards.
     """
     sampling = a.sampling
-    if sampling[_STRIDE] == 0:
+    if sampling[STRIDE] == 0:
         return
-    if sampling[_COUNTDOWN] > 0:
-        sampling[_COUNTDOWN] -= 1
+    if sampling[COUNTDOWN] > 0:
+        sampling[COUNTDOWN] -= 1
         return
-    sampling[_COUNTDOWN] = sampling[_STRIDE] - 1
-    row = a.samples[sampling[_FILLED]]
-    sampling[_FILLED] += 1
+    sampling[COUNTDOWN] = sampling[STRIDE] - 1
+    row = a.samples[sampling[FILLED]]
+    sampling[FILLED] += 1
     row[0], row[1] = time, a.wind_state[0].speed
     count = a.thruster_state.size
     for k in range(count):
