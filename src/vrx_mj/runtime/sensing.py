@@ -44,6 +44,7 @@ _SEA_COMPILING = ("the sea's pictures", 8)
 """What cameras compile, and for about how long [s]."""
 _STILL_SHOT_PROFILES = ("vrx", "vrx3")
 """Profiles of physics in which a ball leaves the shooter without the boat's velocity."""
+_Drawing = Callable[[], mujoco.MjModel]
 _BASE_MOUNT = Mount.of((0.0, 0.0, 0.0), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
 """Mount at `base_link` itself."""
 
@@ -51,7 +52,7 @@ _BASE_MOUNT = Mount.of((0.0, 0.0, 0.0), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0,
 class Sights:
     """The cameras and lidars of a run; the drawing model is made for the first that is used."""
 
-    def __init__(self, world: World, arrays: LoopArrays, drawing: Callable[[], mujoco.MjModel]) -> None:
+    def __init__(self, world: World, arrays: LoopArrays, drawing: _Drawing) -> None:
         self._world, self._arrays, self._drawing = world, arrays, drawing
         self._data: mujoco.MjData | None = None
         self._cameras: Cameras | None = None
@@ -196,7 +197,7 @@ class Sensing:
         world: World,
         arrays: LoopArrays,
         wind: Wind,
-        drawing: Callable[[], mujoco.MjModel],
+        drawing: _Drawing,
         rebound: Callable[[], None],
         turn: Turn,
     ) -> None:
@@ -215,7 +216,7 @@ class Sensing:
         self._kept: dict[tuple[str, str], Reading] = {}
         self.bind(world, arrays, drawing)
 
-    def bind(self, world: World, arrays: LoopArrays, drawing: Callable[[], mujoco.MjModel]) -> None:
+    def bind(self, world: World, arrays: LoopArrays, drawing: _Drawing) -> None:
         """Go on in a world in which boats have come or gone; readings of those who stay are still theirs."""
         self.world, self.arrays = world, arrays
         self.sights = Sights(world, arrays, drawing)

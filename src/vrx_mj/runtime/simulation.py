@@ -24,7 +24,7 @@ from vrx_mj.runtime.sensing import Readings, fire
 from vrx_mj.runtime.spawning import Roster, Spawning
 from vrx_mj.runtime.state import State
 from vrx_mj.runtime.subscriptions import ContactWatch, Listener, Subscription, Touch, check_listener
-from vrx_mj.runtime.task_runner import TaskObservation
+from vrx_mj.runtime.task_runner import Event, TaskObservation
 from vrx_mj.runtime.timing import MOST_STEPS, whole_steps
 from vrx_mj.runtime.turns import HOLDER, in_turn
 from vrx_mj.runtime.weather import Sea, Wind
@@ -580,7 +580,7 @@ class Simulation(Roster):
         return self._task_runner.referee is not None and self._task_runner.over
 
     @property
-    def task_events(self) -> tuple[tuple[float, str, str], ...]:
+    def task_events(self) -> tuple[Event, ...]:
         """Messages of the referee so far: simulated time [s], text and level."""
         return self._task_runner.events
 

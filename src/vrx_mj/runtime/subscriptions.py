@@ -40,6 +40,7 @@ _PARTING_TIME = 1.0
 """Time without contact after which the next contact of a pair is a new touch [s]."""
 
 _Pair = tuple[str, str]
+_Forces = Mapping[_Pair, tuple[Vec3, Vec3]]
 _RATIO_TOLERANCE = 1e-9
 """Distance by which a ratio of rates may fall short of a whole number."""
 _ROUNDING_SHARE = 1e-3
@@ -95,7 +96,7 @@ class ContactSampler:
         """Steps from `time` [s] to the next sample."""
         return max(1, self._due - round(time / self._arrays().timestep))
 
-    def look(self, time: float, *, waiting: bool) -> Mapping[_Pair, tuple[Vec3, Vec3]] | None:
+    def look(self, time: float, *, waiting: bool) -> _Forces | None:
         """Forces of the last step and where they act by pairs, as `forces_of_pairs`; None if none is due at `time`.
 
         `waiting`: a touch is to be reported.
@@ -133,7 +134,7 @@ class ContactWatch:
         self._touches.clear()
         self._seen.clear()
 
-    def take(self, found: Mapping[_Pair, tuple[Vec3, Vec3]], time: float) -> None:
+    def take(self, found: _Forces, time: float) -> None:
         """Take a sample at `time` [s], and report the touches that are due."""
         for pair, (vector, point) in found.items():
             self._note(pair, vector, point, time)
@@ -173,7 +174,7 @@ class ContactWatch:
             self._callback(self._touches[pair])
 
 
-def forces_of_pairs(arrays: LoopArrays, boats: frozenset[str]) -> Mapping[_Pair, tuple[Vec3, Vec3]]:
+def forces_of_pairs(arrays: LoopArrays, boats: frozenset[str]) -> _Forces:
     """Contact forces [N] of the last step on boats by what they touch, and where they act [m, ENU], by their names.
 
     Two boats are one pair, in the order of their names: which of their geoms MuJoCo has first means nothing.
