@@ -176,6 +176,10 @@ class VesselWork(NamedTuple):
     """The waves in columns."""
 
 
+Work = VesselWork | None
+"""What a step in profile marine works with; None in VRX's profiles."""
+
+
 class HullMeshes(NamedTuple):
     """The meshes of all vessels, one after the other."""
 
