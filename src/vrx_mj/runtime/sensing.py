@@ -16,7 +16,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.arguments import as_numbers, check_kind, check_name
+from vrx_mj.arguments import Names, as_numbers, check_kind, check_name
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.docks import LIGHT_COLORS, OFF, SYMBOLS
 from vrx_mj.config.sensors import LidarConfig
@@ -157,7 +157,7 @@ class Readings(Mapping[str, Reading]):
         self._names = tuple(names)
         self._read, self._made = read, made
 
-    def __reduce__(self) -> tuple[Callable[..., "Readings"], tuple[tuple[str, ...], dict[str, Reading]]]:
+    def __reduce__(self) -> tuple[Callable[..., "Readings"], tuple[Names, dict[str, Reading]]]:
         return _copied_readings, (self._names, dict(self._made()))
 
     def __getitem__(self, name: str) -> Reading:
@@ -177,7 +177,7 @@ class Readings(Mapping[str, Reading]):
         return self._read(name) if name in self._names else default
 
 
-def _copied_readings(names: tuple[str, ...], made: dict[str, Reading]) -> Readings:
+def _copied_readings(names: Names, made: dict[str, Reading]) -> Readings:
     """Readings that were copied."""
 
     def read(name: str) -> Reading:
@@ -227,7 +227,7 @@ class Sensing:
             self._boats[sensor.boat][sensor.name] = sensor
         self._kept = {key: reading for key, reading in self._kept.items() if key[0] in self._boats}
 
-    def names(self, boat: str) -> tuple[str, ...]:
+    def names(self, boat: str) -> Names:
         """Names of a boat's sensors.
 
         Raises:
@@ -473,7 +473,7 @@ class Displays:
     def _arrays(self) -> LoopArrays:
         return self._sensing.arrays
 
-    def names(self, kind: str) -> tuple[str, ...]:
+    def names(self, kind: str) -> Names:
         """Names of all displays of a kind, `light` or `placard`."""
         return tuple(display.name for display in self._arrays.displays if display.kind == kind)
 
