@@ -90,10 +90,7 @@ class Formation(Problem):
     def entrance(self, row: int, boat: int, random: np.random.Generator) -> Spot:
         """Near its place, where that is by now."""
         x, y = (float(part[0, boat]) for part in self._places(slice(row, row + 1))[:2])
-        dx, dy = (
-            random.uniform(-_MAX_START_OFFSET, _MAX_START_OFFSET),
-            random.uniform(-_MAX_START_OFFSET, _MAX_START_OFFSET),
-        )
+        dx, dy = random.uniform(-_MAX_START_OFFSET, _MAX_START_OFFSET, 2).tolist()
         heading = float(self._leader[row, 2]) + random.uniform(-_MAX_START_ANGLE, _MAX_START_ANGLE)
         return x + dx, y + dy, heading, float(self._leader_speed[row])
 
