@@ -13,6 +13,8 @@ from typing import Any
 
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, quote
 
+Names = tuple[str, ...]
+
 
 def check_kind(taker: str, given: object, kind: type, wanted: str, error: type[VrxError] = CommandError) -> None:
     """Check that an argument is of a kind; `wanted` describes how to get one.

@@ -3,7 +3,6 @@
 import shlex
 import shutil
 import sys
-import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
@@ -24,7 +23,7 @@ from vrx_mj.config.loading import fault_text
 from vrx_mj.config.search import find, is_path
 from vrx_mj.config.world import load_world
 from vrx_mj.constants import PHYSICS_VERSION
-from vrx_mj.errors import CommandError, RecordError, UnknownNameError, VrxError, VrxWarning, first_names
+from vrx_mj.errors import CommandError, RecordError, UnknownNameError, VrxError, first_names, ignore_warnings
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.outputs import check_inside
 from vrx_mj.packages import root
@@ -252,7 +251,7 @@ def check_files(plan: Plan) -> None:
     own_fleet = plan.fleet is not None and not _is_shipped("fleets", plan.fleet)
     for index, world in enumerate(plan.worlds):
         if (own_fleet and index == 0) or not _is_shipped("worlds", world):
-            with warnings.catch_warnings(action="ignore", category=VrxWarning):  # in the logs of the trials
+            with ignore_warnings():  # in the logs of the trials
                 opened = opener(world, {})
                 source, fleet = opened(world, plan.fleet, {}) if opened else (world, plan.fleet)
                 load_fleet(fleet, load_world(source))

@@ -11,6 +11,7 @@ from itertools import product
 from pathlib import Path
 from typing import Literal
 
+from vrx_mj.arguments import Names
 from vrx_mj.campaign.vary import Quantity
 from vrx_mj.config.search import catalogue, find, is_path
 from vrx_mj.errors import CommandError
@@ -56,7 +57,7 @@ class Serving:
 
     rate: float | None = 1.0
     """Simulated seconds per second; None: as fast as it can."""
-    lockstep: tuple[str, ...] | None = None
+    lockstep: Names | None = None
     """Topics that time waits for; None: it waits for nobody."""
     rosbridge: bool = False
     """Whether there is one beside the ROS master."""
@@ -95,8 +96,8 @@ class Trial(_TrialOptions):
 class Plan(_TrialOptions):
     """All cells, and how each of them is sailed."""
 
-    controllers: tuple[str, ...]
-    worlds: tuple[str, ...]
+    controllers: Names
+    worlds: Names
     seeds: tuple[int, ...]
     vary: tuple[Quantity, ...] = ()
     """Quantities that are drawn for each trial."""
@@ -138,7 +139,7 @@ def parse_seeds(text: str) -> tuple[int, ...]:
     return tuple(seeds)
 
 
-def choose_worlds(patterns: Iterable[str]) -> tuple[str, ...]:
+def choose_worlds(patterns: Iterable[str]) -> Names:
     """The worlds that names, paths and patterns mean, each once.
 
     In a name `*` stands for any characters, slashes too; in a path, which ends like one, for those of a file or folder.

@@ -30,11 +30,12 @@ from pathlib import Path
 import numpy as np
 
 from vrx_mj.campaign.plan import State, Trial
-from vrx_mj.campaign.program import MAX_ENDING_TIME, adopt_orphans
+from vrx_mj.campaign.program import MAX_ENDING_TIME, adopt_orphans, signal_name
 from vrx_mj.campaign.results import ALLOWED, END, GROUP, LOG, REACHED, TIME_UP, WHAT, Result, Stopwatch
 from vrx_mj.campaign.trial import COMPILE_TIMEOUT, sail, sail_rows
 from vrx_mj.outputs import check_inside
 from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.signals import handle_signals
 
 _PRELOADED_MODULE = "vrx_mj.campaign.warm"
 _GRACE_PERIOD = 5.0
@@ -89,17 +90,11 @@ def _same_path() -> Iterator[None]:
 @contextlib.contextmanager
 def signals_held() -> Iterator[None]:
     """Have Ctrl-C and SIGTERM wait until the end: in between they would leave a process behind that nobody knows of."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
     caught: list[int] = []
-    numbers = (signal.SIGINT, signal.SIGTERM)
-    handlers = [signal.signal(number, lambda came, _frame: caught.append(came)) for number in numbers]
     try:
-        yield
+        with handle_signals(("SIGINT", "SIGTERM"), caught.append):
+            yield
     finally:
-        for number, handler in zip(numbers, handlers, strict=True):
-            signal.signal(number, handler)
         for came in caught:
             signal.raise_signal(came)
 
@@ -237,7 +232,7 @@ def _exit_text(code: int | None) -> str:
     """The error of a process that ended without a result."""
     if code is None or code >= 0:
         return f"the process ended with exit code {code}: the controller, or a library that it uses, ended it"
-    name = signal.Signals(-code).name if -code in set(signal.Signals) else f"signal {-code}"
+    name = signal_name(-code)
     memory = "; this happens when memory runs out" if name == "SIGKILL" else ""
     return f"the process was ended by {name}{memory}"
 

@@ -127,6 +127,11 @@ class Program:
             self._log.flush()
 
 
+def signal_name(number: int) -> str:
+    """The name of a signal, or its number in words."""
+    return signal.Signals(number).name if number in set(signal.Signals) else f"signal {number}"
+
+
 def adopt_orphans() -> None:
     """Become the parent of what programs of this process leave behind, so that it can be ended; only Linux can."""
     if sys.platform == "linux":

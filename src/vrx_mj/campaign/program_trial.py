@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import math
 import os
-import signal
 import socket
 import sys
 import time
@@ -16,7 +15,7 @@ from typing import TYPE_CHECKING
 from vrx_mj.arrays import FloatArray
 from vrx_mj.autopilot import MAVLINK_PORT, PORT, PORT_STEP, ArduPilot, ports_of
 from vrx_mj.campaign.plan import Cell, Serving
-from vrx_mj.campaign.program import MAX_ENDING_TIME, Program
+from vrx_mj.campaign.program import MAX_ENDING_TIME, Program, signal_name
 from vrx_mj.campaign.results import Stopwatch, Tracks
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import NetworkError, VrxError
@@ -230,8 +229,7 @@ def _end_text(code: int) -> str:
     """An exit code in words."""
     if code > 0:
         return f"ended with exit code {code}"
-    name = signal.Signals(-code).name if -code in set(signal.Signals) else f"signal {-code}"
-    return f"was ended by {name}"
+    return f"was ended by {signal_name(-code)}"
 
 
 def _last_lines(lines: str) -> str:

@@ -2,13 +2,12 @@
 
 import fnmatch
 import re
-import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning
+from vrx_mj.errors import CommandError, UnknownNameError, VrxError, ignore_warnings
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.world import World
 from vrx_mj.physics.noise import stream_key, uniform
@@ -67,7 +66,7 @@ def check_vary(quantities: Iterable[Quantity], worlds: Iterable[str], fleet: str
     """
     found = {quantity.name: quantity for quantity in quantities}
     for world in worlds if found else ():
-        with warnings.catch_warnings(action="ignore", category=VrxWarning):  # in the logs of the trials
+        with ignore_warnings():  # in the logs of the trials
             base = compile_world(world, fleet=fleet)
             for quantity in found.values():
                 names = numbers_by_name(base, {quantity.name: quantity.low})

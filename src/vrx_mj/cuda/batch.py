@@ -1,6 +1,5 @@
 """Rows of a world on a graphics processor."""
 
-from collections.abc import Sequence
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -14,6 +13,7 @@ from vrx_mj.cuda.rows import DeviceArray, DeviceRows, arrays
 from vrx_mj.errors import CommandError, DivergedError
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime import batch
+from vrx_mj.runtime.row_tables import Seeds, Values
 from vrx_mj.runtime.rows import Rows, as_numbers, which_rows
 from vrx_mj.runtime.state import rows_divergence_message
 from vrx_mj.runtime.timing import MOST_STEPS, whole_steps
@@ -53,9 +53,7 @@ class Batch:
     are. Calls are queued on `stream` and return at once, but for `reset`, `vary`, `host` and `check`.
     """
 
-    def __init__(
-        self, world: World, n: int, *, seed: int | Sequence[int] | None = None, stream: int | None = None
-    ) -> None:
+    def __init__(self, world: World, n: int, *, seed: Seeds = None, stream: int | None = None) -> None:
         """Create the rows, at the start of their runs.
 
         Args:
@@ -143,7 +141,7 @@ class Batch:
             raise CommandError(f"invalid {what} of shape {given.shape}, {given.dtype}: {text}")
         return given
 
-    def advance(self, steps: int, rows: npt.ArrayLike | None = None) -> None:
+    def advance(self, steps: int, rows: Values = None) -> None:
         """Advance rows by a number of physics steps, in one launch.
 
         Args:
@@ -159,7 +157,7 @@ class Batch:
         self._rows.share()
         self._advance(*own, *self._rows.work)
 
-    def step(self, values: npt.ArrayLike | None = None, *, duration: float, rows: npt.ArrayLike | None = None) -> None:
+    def step(self, values: Values = None, *, duration: float, rows: Values = None) -> None:
         """Advance rows by simulated time [s], a multiple of the timestep, under commands of all rows, (n, channels).
 
         A command holds for the whole duration. Errors are those of `command` and `advance`.
@@ -207,7 +205,7 @@ class Batch:
         self._rows.push()
         self._asked = 0
 
-    def reset(self, rows: Rows = None, *, seed: int | Sequence[int] | IntArray | None = None) -> None:
+    def reset(self, rows: Rows = None, *, seed: Seeds = None) -> None:
         """Reset rows to their start, as `vrx_mj.Batch.reset` does; errors are its. Only these are copied."""
         self._batch.reset(rows, seed=seed)
         self._push_rows(rows, moving=True)

@@ -85,8 +85,7 @@ class DeviceRows:
         """Copy everything from the host."""
         rows, n = self._rows, self._rows.n
         runs, lanes = np.tile(rows.runs, self.threads), np.repeat(np.arange(self.threads), n)
-        for name in ("model", "contact_free", "data"):
-            runs[name] = 0
+        runs[["model", "contact_free", "data"]] = 0
         for name, host in self._hosts():
             copies, table = self._copies(name), name.partition(".")[0]
             self._put(name, _plain(host), copies)

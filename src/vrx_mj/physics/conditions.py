@@ -11,7 +11,7 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import expanded_kernel, kernel
 from vrx_mj.physics.kinematics import Orbital, Turning, half_step_back, orbital_motion, orbital_turning, reach_of
-from vrx_mj.physics.motion import Motion, Vector, Wrench, place_of, plus, relative_motion, zero_vector
+from vrx_mj.physics.motion import Level, Motion, Vector, Wrench, place_of, plus, relative_motion, zero_vector
 from vrx_mj.physics.noise import normal
 from vrx_mj.physics.tables import Record, Table, Views, Waves
 from vrx_mj.physics.wave_box import heading_of
@@ -50,7 +50,7 @@ def current_share(layers: Table, depth: float) -> float:
 
 
 @kernel
-def current_velocity(current: Table, state: Table, layers: Table, depth: float, t: float) -> tuple[float, float]:
+def current_velocity(current: Table, state: Table, layers: Table, depth: float, t: float) -> Level:
     """Return the velocity [m/s] toward east and north at a depth [m] under the mean surface and a time `t` [s]."""
     east, north = 0.0, 0.0
     for i in range(current.size):
@@ -82,7 +82,7 @@ class Conditions(NamedTuple):
     """The waves, in columns or as `tables.WAVE`."""
     windage: Table | None
     """`tables.WINDAGE`; None in a run where no hull has any."""
-    air: tuple[float, float]
+    air: Level
     """Wind at the hull [m/s], world axes."""
     water: WaterMotion
     """Motion of the water at `hull.link_com`, or at `vessel.buoyancy`; at rest in VRX's profiles."""

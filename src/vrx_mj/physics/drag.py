@@ -34,6 +34,7 @@ import math
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import (
+    Arrow,
     Motion,
     Vector,
     Wrench,
@@ -167,11 +168,12 @@ def added_inertia_of_vessel(vessel: Record, m: Motion, out: FloatArray) -> None:
 @kernel
 def matrix_times(a: FloatArray, row: int, v: Vector, w: Vector) -> Vector:
     """Return three rows, from `row` on, of a (6, 6) times (v, w)."""
-    return _row_times(a[row], v, w), _row_times(a[row + 1], v, w), _row_times(a[row + 2], v, w)
+    return row_times(a[row], v, w), row_times(a[row + 1], v, w), row_times(a[row + 2], v, w)
 
 
 @kernel
-def _row_times(row: FloatArray, v: Vector, w: Vector) -> float:
+def row_times(row: FloatArray, v: Arrow, w: Arrow) -> float:
+    """Return the product of six numbers with (v, w)."""
     return float(row[0] * v[0] + row[1] * v[1] + row[2] * v[2] + row[3] * w[0] + row[4] * w[1] + row[5] * w[2])
 
 

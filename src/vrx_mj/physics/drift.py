@@ -16,7 +16,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.conditions import Conditions
 from vrx_mj.physics.kernel import inlined_kernel, kernel
 from vrx_mj.physics.lanes import WIDTH, Lanes, broadcast, choose, load, product_and, smaller, store
-from vrx_mj.physics.motion import Vector, Wrench, from_origin, rotate, scale_wrench, velocity_of, zero_wrench
+from vrx_mj.physics.motion import Level, Vector, Wrench, from_origin, rotate, scale_wrench, velocity_of, zero_wrench
 from vrx_mj.physics.tables import Record, Table, Waves
 from vrx_mj.physics.wave_box import heading_of
 from vrx_mj.physics.waves import AMPLITUDE, ANGLE, COSINE, FREQUENCY, MEMORY, SINE, ramp
@@ -68,7 +68,7 @@ def drift_on_vessel(
 
 
 @kernel
-def _follow(own: Record, heading: tuple[float, float], east: float, north: float, dt: float) -> None:
+def _follow(own: Record, heading: Level, east: float, north: float, dt: float) -> None:
     """Let the slow velocity of a row of `tables.DRIFT_STATE` follow that through the water [m/s], world axes.
 
     A row that was reset has it at once.
@@ -81,8 +81,8 @@ def _follow(own: Record, heading: tuple[float, float], east: float, north: float
 
 @kernel
 def drift_load(
-    table: FloatArray, step: float, columns: Waves, sea: Record, heading: tuple[float, float],
-    velocity: tuple[float, float], t: float,
+    table: FloatArray, step: float, columns: Waves, sea: Record, heading: Level,
+    velocity: Level, t: float,
 ) -> Vector:  # fmt: skip
     """Return surge and sway force [N] and yaw moment [N m] about the link's origin that a hull lacks, in its heading.
 
@@ -134,7 +134,7 @@ def _within(tau: float) -> float:
 
 
 @kernel
-def place_waves(columns: Waves, angles: int, per_step: float, last: float, heading: tuple[float, float]) -> None:
+def place_waves(columns: Waves, angles: int, per_step: float, last: float, heading: Level) -> None:
     """Write the waves' places in a hull's table to memory: frequency in steps, up to the last, and angle.
 
     The angle is that off the heading, whose cosine and sine are given, in shares of a circle of so many `angles`.

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.lanes import Lanes, by_quarters, larger, power_of_two, product_and
+from vrx_mj.physics.lanes import Real, by_quarters, larger, power_of_two, product_and
 
 FAR = 1.0e6
 """Up to here [rad] the number of half turns has 19 bits, and its products with the parts of pi are exact."""
@@ -61,7 +61,7 @@ def near_cosine(angle: float) -> float:
 
 
 @kernel
-def near_cosine_and_sine(angle: float | Lanes) -> tuple[float | Lanes, float | Lanes]:
+def near_cosine_and_sine(angle: Real) -> tuple[Real, Real]:
     """Return `cosine_and_sine` of an angle below `FAR`, or of several, without branches.
 
     Quarter turns are taken off, with halves of the parts of pi, so that the series are short: after an odd number, the
@@ -82,7 +82,7 @@ def near_cosine_and_sine(angle: float | Lanes) -> tuple[float | Lanes, float | L
 
 
 @kernel
-def _pair(z: float | Lanes, first: float, second: float) -> float | Lanes:
+def _pair(z: Real, first: float, second: float) -> Real:
     """Return two terms of a series."""
     return product_and(z, second, first)
 
@@ -97,7 +97,7 @@ def _less_half_turns(angle: float) -> tuple[float, float]:
 
 
 @kernel
-def exponential(x: float | Lanes) -> float | Lanes:
+def exponential(x: Real) -> Real:
     """Return e^x for x <= 0, or several, within 4e-16; without branches, and the same on every processor.
 
     x = n ln 2 + r; the number of e^r that is 2^n larger has n more in its exponent. Below -700 it is e^-700.

@@ -15,7 +15,7 @@ import math
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.motion import Motion, Vector, Wrench, minus, motion_at_rest, rotate
+from vrx_mj.physics.motion import Motion, Vector, Wrench, minus, motion_at_rest, rotate, turned_rows
 from vrx_mj.physics.tables import OwnWaves, Record, Table, Waves
 from vrx_mj.physics.waves import elevations, ramp
 
@@ -96,14 +96,7 @@ def greatest_lift(hull: Record, stations: Table) -> float:
 @kernel
 def at_rest(x: float, y: float, z: float, roll: float, pitch: float, yaw: float) -> Motion:
     """Return the motion of a link at rest in a pose: R = Rz(yaw) Ry(pitch) Rx(roll)."""
-    cr, sr = math.cos(roll), math.sin(roll)
-    cp, sp = math.cos(pitch), math.sin(pitch)
-    cy, sy = math.cos(yaw), math.sin(yaw)
-    rows = (
-        cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr,
-        sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr, -sp, cp * sr, cp * cr,
-    )  # fmt: skip
-    return motion_at_rest((x, y, z), rows)
+    return motion_at_rest((x, y, z), turned_rows((roll, pitch, yaw)))
 
 
 @kernel

@@ -13,6 +13,7 @@ from vrx_mj.physics.elementary import cosine, cosine_and_sine
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import (
     Arrow,
+    Level,
     Motion,
     Vector,
     cross,
@@ -44,7 +45,6 @@ from vrx_mj.physics.waves import (
     wave_phase,
 )
 
-_Slope = tuple[float, float]
 _QUARTER = 0.5 * math.pi
 _POINT = (0.0, 0.0, 0.0)
 
@@ -70,7 +70,7 @@ class Turning(NamedTuple):
 
 
 @kernel
-def surface_slope(waves: Table, sea: Record, x: float, y: float, t: float) -> _Slope:
+def surface_slope(waves: Table, sea: Record, x: float, y: float, t: float) -> Level:
     """Return the slope of the surface toward east and north at (x, y) [m] and time `t` [s]."""
     east, north = 0.0, 0.0
     for i in range(waves.size):
@@ -180,7 +180,7 @@ def orbital_turning(
 
 
 @kernel
-def reach_of(hull: Record, heading: tuple[float, float]) -> Vector:
+def reach_of(hull: Record, heading: Level) -> Vector:
     """Return `reach` of `orbital_turning` in a heading, its cosine and sine, for a row of `tables.HULL` or `VESSEL`."""
     cos, sin = heading
     long, wide = 0.3 * hull.spread[0], 0.3 * hull.spread[1]

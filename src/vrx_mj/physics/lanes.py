@@ -32,6 +32,8 @@ WIDTH: Final = 8
 
 Lanes = Any
 """In a kernel: `WIDTH` numbers. They are added, subtracted, multiplied and divided lane by lane, by numbers too."""
+Real = float | Lanes
+"""A number, or one in every lane."""
 
 _VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
 _WORD, _INDEX = ir.IntType(64), ir.IntType(32)

@@ -1,10 +1,13 @@
 """Where a link is, how it moves, and the wrenches on it."""
 
+import math
 from typing import NamedTuple
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
 
+Level = tuple[float, float]
+"""A vector along x and y: level, or the cosine and sine of a direction."""
 Vector = tuple[float, float, float]
 Arrow = Vector | FloatArray
 """A vector, or the first three numbers of an array."""
@@ -188,6 +191,21 @@ def zero_vector() -> Vector:
 def zero_wrench() -> Wrench:
     """Return no force and no torque."""
     return Wrench(*zero_vector(), *zero_vector())
+
+
+@kernel
+def turned_rows(turn: Vector) -> Rows:
+    """Rows of the rotation by roll, pitch and yaw [rad]."""
+    (cr, sr), (cp, sp), (cy, sy) = (
+        (math.cos(turn[0]), math.sin(turn[0])),
+        (math.cos(turn[1]), math.sin(turn[1])),
+        (math.cos(turn[2]), math.sin(turn[2])),
+    )
+    return (
+        cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr,
+        sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr,
+        -sp, cp * sr, cp * cr,
+    )  # fmt: skip
 
 
 @kernel

@@ -15,6 +15,8 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
 
+Word = int | np.uint64
+"""A key or a counter of 64 bits."""
 _GAMMA = np.uint64(0x9E3779B97F4A7C15)
 _MIX_1, _MIX_2 = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
 _27, _30, _31, _11, _1 = np.uint64(27), np.uint64(30), np.uint64(31), np.uint64(11), np.uint64(1)
@@ -34,7 +36,7 @@ def stream_key(seed: int, *names: str | int) -> int:
 
 
 @kernel
-def bits(key: int | np.uint64, counter: int | np.uint64) -> np.uint64:
+def bits(key: Word, counter: Word) -> np.uint64:
     """Return 64 random bits, the `counter`-th of stream `key`; all three are unsigned 64-bit."""
     z = np.uint64(key) + (np.uint64(counter) + _1) * _GAMMA
     z = (z ^ (z >> _30)) * _MIX_1
@@ -43,13 +45,13 @@ def bits(key: int | np.uint64, counter: int | np.uint64) -> np.uint64:
 
 
 @kernel
-def uniform(key: int | np.uint64, counter: int | np.uint64) -> float:
+def uniform(key: Word, counter: Word) -> float:
     """Return a number in [0, 1), the `counter`-th of stream `key`, a multiple of 2^-53."""
     return float(bits(key, counter) >> _11) * _ULP
 
 
 @kernel
-def normal(key: int | np.uint64, counter: int | np.uint64) -> float:
+def normal(key: Word, counter: Word) -> float:
     """Return a number of the standard normal distribution, the `counter`-th of stream `key`.
 
     Box and Muller (1958), the cosine half. It uses the stream's numbers 2 `counter` and 2 `counter` + 1.
@@ -60,7 +62,7 @@ def normal(key: int | np.uint64, counter: int | np.uint64) -> float:
 
 
 @kernel
-def _gamma_variate(key: int | np.uint64, shape: float) -> float:
+def _gamma_variate(key: Word, shape: float) -> float:
     """Return a number of the Gamma distribution of `shape` >= 1 and mean `shape`, from the numbers of stream `key`.
 
     Marsaglia and Tsang (2000), of normal numbers that are ratios of uniform ones (Kinderman and Monahan, 1977): the
@@ -82,7 +84,7 @@ def _gamma_variate(key: int | np.uint64, shape: float) -> float:
 
 
 @kernel
-def gamma_variates(key: int | np.uint64, shapes: FloatArray, out: FloatArray) -> None:
+def gamma_variates(key: Word, shapes: FloatArray, out: FloatArray) -> None:
     """Write numbers of mean 1 of Gamma distributions of `shapes` (n,) to `out` (n,); of shape 0 they are 1.
 
     Another shape is at least 1. Each number has a stream of its own under `key`.

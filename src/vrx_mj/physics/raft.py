@@ -19,11 +19,13 @@ import numpy as np
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from vrx_mj.arrays import FloatArray, IntArray
+from vrx_mj.physics.drag import row_times
 from vrx_mj.physics.flotation import Sums, sums_wrench, water_rise, wet_sums
 from vrx_mj.physics.kernel import allocating_kernel, expanded_kernel, kernel
 from vrx_mj.physics.kinematics import half_step_back, orbital_motion
 from vrx_mj.physics.motion import (
     Arrow,
+    Level,
     Motion,
     Vector,
     Wrench,
@@ -62,7 +64,7 @@ RAFT_WORK = np.dtype(
 
 @expanded_kernel
 def block_load(
-    index: int, a: Views, waves: Waves, stream: tuple[float, float] | None, air: tuple[float, float], time: float,
+    index: int, a: Views, waves: Waves, stream: Level | None, air: Level, time: float,
     dt: float,
 ) -> Wrench:  # fmt: skip
     """Return buoyancy, drag and wind on a block at its present velocity, about its centre of mass.
@@ -133,13 +135,13 @@ def raft_drag(blocks: Table, work: Table, inertia: FloatArray, inertia_row: IntA
             continue
         above_it, axis = work[block.parent].drag, work[index].axis
         for i in range(6):
-            force[i] = _dot(drag[i], axis)
+            force[i] = row_times(drag[i], axis, axis[3:])
             for j in range(6):
                 above_it[i, j] += drag[i, j]
         start = inertia_row[block.dof]
         above = index
         while blocks[above].parent >= 0:
-            inertia[start + 5 + blocks[above].depth] += _dot(work[above].axis, force)
+            inertia[start + 5 + blocks[above].depth] += row_times(work[above].axis, force, force[3:])
             above = blocks[above].parent
         for k in range(3):
             inertia[start + k] += force[k]
@@ -165,11 +167,6 @@ def _add_root(inertia: FloatArray, inertia_row: IntArray, dof: int, drag: FloatA
 def _along(frame: FloatArray, k: int, moment: FloatArray) -> float:
     """Return the share of a moment, the last three of `moment`, about axis k of a frame."""
     return float(frame[3 + k] * moment[3] + frame[6 + k] * moment[4] + frame[9 + k] * moment[5])
-
-
-@kernel
-def _dot(a: FloatArray, b: FloatArray) -> float:
-    return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5])
 
 
 @kernel

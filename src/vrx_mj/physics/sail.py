@@ -6,7 +6,7 @@ A sail's row is one of `tables.THRUSTER`: at angle zero its chord runs aft from 
 import math
 
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.motion import Motion, minus, unrotate_level, velocity_at
+from vrx_mj.physics.motion import Level, Motion, minus, unrotate_level, velocity_at
 from vrx_mj.physics.tables import Record, Table
 from vrx_mj.physics.thrust import force_point, steering_target, to_hinge
 from vrx_mj.physics.wind import piece_of_curve, wind_share
@@ -44,9 +44,7 @@ def _lift_and_drag(angle: float, aspect_ratio: float) -> tuple[float, float]:
 
 
 @kernel
-def wind_on_sail(
-    sail: Record, air: Table, wind_vector: tuple[float, float], motion: Motion, angle: float
-) -> tuple[float, float]:
+def wind_on_sail(sail: Record, air: Table, wind_vector: Level, motion: Motion, angle: float) -> Level:
     """Return the wind less the velocity of the centre of effort [m/s], along the hinge's x and y axes.
 
     The wind is that at the centre's height over the link's origin; `motion` is the hull's and `angle` [rad] the
@@ -59,7 +57,7 @@ def wind_on_sail(
 
 
 @kernel
-def boom_target(sail: Record, flow: tuple[float, float], angle: float, command: float) -> float:
+def boom_target(sail: Record, flow: Level, angle: float, command: float) -> float:
     """Return the angle [rad] to which the boom goes: the commanded one, or, on a sheet, that in which it streams.
 
     The sheet lets the boom to lee by the size of the command, either way (Jaulin and Le Bars, 2013, Robotic Sailing).
@@ -73,7 +71,7 @@ def boom_target(sail: Record, flow: tuple[float, float], angle: float, command: 
 
 
 @kernel
-def sail_force(sail: Record, curves: Table, flow: tuple[float, float], angle: float) -> tuple[float, float]:
+def sail_force(sail: Record, curves: Table, flow: Level, angle: float) -> Level:
     """Return the force [N] on a sail along its own x and y axes, which are the hinge's turned by `angle` [rad].
 
     Drag is along the apparent wind `flow`, of the hinge's axes, and lift across it, away from the windward side.

@@ -23,6 +23,7 @@ from vrx_mj.physics.conditions import current_velocity
 from vrx_mj.physics.kernel import expanded_kernel, kernel
 from vrx_mj.physics.kinematics import half_step_back, orbital_motion
 from vrx_mj.physics.motion import (
+    Level,
     Motion,
     Vector,
     Wrench,
@@ -134,12 +135,6 @@ def force_point(thruster: Record, angle: float) -> Vector:
 
 
 @kernel
-def force_direction(thruster: Record, angle: float) -> Vector:
-    """Return the direction of the force at a steering `angle` [rad]: unit vector, hull axes."""
-    return _from_hinge(thruster, thruster.direction, math.cos(angle), math.sin(angle))
-
-
-@kernel
 def _from_hinge(thruster: Record, v: Vector, c: float, s: float) -> Vector:
     """Return a vector of the engine's axes, steered by an angle of cosine `c` and sine `s`, in the hull's axes."""
     r, turned = thruster.rotation, (c * v[0] - s * v[1], s * v[0] + c * v[1], v[2])
@@ -147,7 +142,7 @@ def _from_hinge(thruster: Record, v: Vector, c: float, s: float) -> Vector:
 
 
 @kernel
-def to_hinge(thruster: Record, v: Vector) -> tuple[float, float]:
+def to_hinge(thruster: Record, v: Vector) -> Level:
     """Return the parts of a vector of the hull's axes along the hinge's x and y."""
     m, (x, y, z) = thruster.rotation, v
     return m[0, 0] * x + m[1, 0] * y + m[2, 0] * z, m[0, 1] * x + m[1, 1] * y + m[2, 1] * z
@@ -398,7 +393,8 @@ def advance_speed(thruster: Record, through: Motion, angle: float) -> float:
 
     `through` is the hull's motion through the water that is at the propeller.
     """
-    return dot(force_direction(thruster, angle), velocity_at(through, force_point(thruster, angle)))
+    direction = _from_hinge(thruster, thruster.direction, math.cos(angle), math.sin(angle))
+    return dot(direction, velocity_at(through, force_point(thruster, angle)))
 
 
 @expanded_kernel

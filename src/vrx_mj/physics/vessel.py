@@ -29,8 +29,8 @@ from vrx_mj.physics.kernel import allocating_kernel, inlined_kernel, kernel
 from vrx_mj.physics.kinematics import orbital_motion, orbital_turning, reach_of, surface_plane, turned_with
 from vrx_mj.physics.lanes import WIDTH, broadcast, load, product_and, store, zeros_in_lines
 from vrx_mj.physics.motion import (
+    Level,
     Motion,
-    Rows,
     Vector,
     Wrench,
     add,
@@ -45,6 +45,7 @@ from vrx_mj.physics.motion import (
     shift,
     spin_of,
     times,
+    turned_rows,
     unrotate,
     velocity_at,
     velocity_of,
@@ -120,7 +121,7 @@ def _real_part(real: FloatArray, imaginary: FloatArray, c: float, s: float) -> W
 
 @kernel
 def diffraction_load(
-    table: FloatArray, step: float, columns: Waves, sea: Record, body: Motion, heading: tuple[float, float],
+    table: FloatArray, step: float, columns: Waves, sea: Record, body: Motion, heading: Level,
     t: float,
 ) -> Wrench:  # fmt: skip
     """Return the force of the waves that a hull scatters: world axes, about the link's origin.
@@ -173,6 +174,10 @@ class VesselWork(NamedTuple):
     """(LEVELS, ROWS, WIDTH)"""
     columns: FloatArray
     """The waves in columns."""
+
+
+Work = VesselWork | None
+"""What a step in profile marine works with; None in VRX's profiles."""
 
 
 class HullMeshes(NamedTuple):
@@ -377,7 +382,7 @@ def _swinging(place: Vector, turn: Vector, speed: Vector, rate: Vector) -> Motio
     """Return the motion of a link at roll, pitch and yaw [rad] and their rates, with a velocity in world axes."""
     (cr, sr), (cp, sp) = (math.cos(turn[0]), math.sin(turn[0])), (math.cos(turn[1]), math.sin(turn[1]))
     spin = rate[0] - sp * rate[2], cr * rate[1] + cp * sr * rate[2], cr * cp * rate[2] - sr * rate[1]
-    body = motion_at_rest(place, _turned_rows(turn))
+    body = motion_at_rest(place, turned_rows(turn))
     return with_velocity(body, unrotate(body, speed), spin)
 
 
@@ -411,21 +416,6 @@ def _loads_of_water(
         pressed = _pressure_on_mesh(vessel, meshes, waves, sea, body, time, work)
     load = add(add(pressed, bias), scale_wrench(add(damped, carried), -1.0))
     return rotated_wrench(body, load), through
-
-
-@kernel
-def _turned_rows(turn: Vector) -> Rows:
-    """Return the rotation matrix of roll, pitch and yaw [rad], row by row."""
-    (cr, sr), (cp, sp), (cy, sy) = (
-        (math.cos(turn[0]), math.sin(turn[0])),
-        (math.cos(turn[1]), math.sin(turn[1])),
-        (math.cos(turn[2]), math.sin(turn[2])),
-    )
-    return (
-        cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr,
-        sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr,
-        -sp, cp * sr, cp * cr,
-    )  # fmt: skip
 
 
 @kernel

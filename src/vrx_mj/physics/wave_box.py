@@ -32,7 +32,7 @@ from vrx_mj.physics.lanes import (
     total,
     totals,
 )
-from vrx_mj.physics.motion import Motion, Vector, rotate, unrotate_level
+from vrx_mj.physics.motion import Level, Motion, Vector, rotate, unrotate_level
 from vrx_mj.physics.tables import Record, Table
 from vrx_mj.physics.waves import AMPLITUDE, BOTTOM, EAST, FREQUENCY, MEMORY, NORTH, PHASE, WAVENUMBER, ramp
 
@@ -94,7 +94,7 @@ _FROM_SUMS[:, :_SIDE] = (np.array(_SIDE_POWERS) @ _SUMS).T
 
 
 @kernel
-def heading_of(m: Motion) -> tuple[float, float]:
+def heading_of(m: Motion) -> Level:
     """Return cosine and sine of the direction in which the bow points; where it points up, of the keel's."""
     x, y = (m.r00, m.r10) if abs(m.r20) < 0.9 else (-m.r20 * m.r02, -m.r20 * m.r12)
     length = math.sqrt(x * x + y * y)

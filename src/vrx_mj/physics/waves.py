@@ -22,7 +22,7 @@ from vrx_mj.physics.elementary import FAR, cosine, cosine_and_sine, exponential,
 from vrx_mj.physics.kernel import allocating_kernel, kernel
 from vrx_mj.physics.lanes import (
     WIDTH,
-    Lanes,
+    Real,
     any_positive,
     broadcast,
     larger,
@@ -35,7 +35,7 @@ from vrx_mj.physics.lanes import (
     zeros_in_lines,
 )
 from vrx_mj.physics.motion import Vector
-from vrx_mj.physics.noise import gamma_variates, stream_key, uniform
+from vrx_mj.physics.noise import Word, gamma_variates, stream_key, uniform
 from vrx_mj.physics.tables import OwnWaves, Record, Table, Waves
 from vrx_mj.spectra import rotated_direction
 
@@ -129,7 +129,7 @@ def wave_columns(waves: Table, sea: Record, memory: int, own: OwnWaves = None) -
 
 
 @kernel
-def mean_share(s: float | Lanes) -> float | Lanes:
+def mean_share(s: Real) -> Real:
     """Return what is left of a wave's height in its mean over a waterplane, whose `s` is that of `orbital_turning`.
 
     Over a line of length L it is sin a / a with a = k L / 2 and s = a^2 / 10, for which
@@ -142,19 +142,19 @@ def mean_share(s: float | Lanes) -> float | Lanes:
 
 
 @kernel
-def spread_squared(reach: Vector, east: float | Lanes, north: float | Lanes) -> float | Lanes:
+def spread_squared(reach: Vector, east: Real, north: Real) -> Real:
     """Return the `s` of `orbital_turning` of a wave, whose wavenumber's components [rad/m] are given."""
     return east * east * reach[0] + east * north * reach[1] + north * north * reach[2]
 
 
 @kernel
-def slope_share(s: float | Lanes) -> float | Lanes:
+def slope_share(s: Real) -> Real:
     """Return what is left of a wave's slope in that of the straight line that fits best: `orbital_turning`."""
     return 1.0 / (s * (s * (9.0 / 14.0) + 1.0) + 1.0)
 
 
 @kernel
-def phase_since(past: Vector, east: float | Lanes, north: float | Lanes, frequency: float | Lanes) -> float | Lanes:
+def phase_since(past: Vector, east: Real, north: Real, frequency: Real) -> Real:
     """Return by how much a wave's phase [rad] was more at a place and time `past` [m, m, s] before those now.
 
     `east` and `north` are the components of its wavenumber [rad/m].
@@ -163,7 +163,7 @@ def phase_since(past: Vector, east: float | Lanes, north: float | Lanes, frequen
 
 
 @kernel
-def earlier(cos: float | Lanes, sin: float | Lanes, angle: float | Lanes) -> tuple[float | Lanes, float | Lanes]:
+def earlier(cos: Real, sin: Real, angle: Real) -> tuple[Real, Real]:
     """Return cosine and sine of a phase that is more by a small angle [rad], up to its square."""
     half = angle * 0.5
     return cos - angle * (half * cos + sin), sin - angle * (half * sin - cos)
@@ -352,7 +352,7 @@ def random_phases(seed: int, number: int, *names: str) -> FloatArray:
 
 
 @kernel
-def write_phases(key: int | np.uint64, out: FloatArray) -> None:
+def write_phases(key: Word, out: FloatArray) -> None:
     """Write the first phases [rad] of a stream of noise."""
     for i in range(out.size):
         out[i] = 2.0 * math.pi * uniform(key, np.uint64(i))

@@ -9,6 +9,7 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import (
+    Level,
     Motion,
     Wrench,
     from_origin,
@@ -204,7 +205,7 @@ def piece_of_curve(curve: Table, start: int, count: int, angle: float) -> tuple[
 
 
 @kernel
-def windage_load(hull: Record, windage: Table, motion: Motion, wind_vector: tuple[float, float]) -> Wrench:
+def windage_load(hull: Record, windage: Table, motion: Motion, wind_vector: Level) -> Wrench:
     """Return the wind's wrench on a hull of a coefficients' curve: world axes, about `hull.link_com`.
 
     The apparent wind is that at the centre of the lateral area, `hull.windage_height` over the link's origin and
@@ -250,7 +251,7 @@ def gust_step(wind: Record, state: Record, dt: float) -> float:
 
 
 @kernel
-def wind_velocity(wind: Record, state: Record) -> tuple[float, float]:
+def wind_velocity(wind: Record, state: Record) -> Level:
     """Return the wind's velocity [m/s] east and north, where it blows toward."""
     return state.speed * wind.direction[0], state.speed * wind.direction[1]
 
@@ -290,7 +291,7 @@ def _harmonics(bands: Table, t: float) -> float:
 
 
 @kernel
-def air_velocity(wind: Record, state: Record, air_state: Table) -> tuple[float, float]:
+def air_velocity(wind: Record, state: Record, air_state: Table) -> Level:
     """Return `wind_velocity`, turned by the angle in `air_state` if there is one."""
     east, north = wind_velocity(wind, state)
     for i in range(air_state.size):
@@ -327,7 +328,7 @@ def wind_share(air: Table, z: float) -> float:
 
 
 @kernel
-def wind_at_hull(hull: Record, air: Table, wind_vector: tuple[float, float]) -> tuple[float, float]:
+def wind_at_hull(hull: Record, air: Table, wind_vector: Level) -> Level:
     """Return the wind [m/s] at the height at which it acts on a hull; on one without windage, at its own height."""
     if hull.windage_count == 0:
         return wind_vector
@@ -336,7 +337,7 @@ def wind_at_hull(hull: Record, air: Table, wind_vector: tuple[float, float]) -> 
 
 
 @kernel
-def wind_load(coefficients: FloatArray, motion: Motion, wind_vector: tuple[float, float]) -> Wrench:
+def wind_load(coefficients: FloatArray, motion: Motion, wind_vector: Level) -> Wrench:
     """Return the wind's wrench: world axes, about the link's centre of mass.
 
     In body axes X = cx u |u|, Y = cy v |v|, N = -2 cz u v, with (u, v) the wind [m/s] and `coefficients`
@@ -351,7 +352,7 @@ def wind_load(coefficients: FloatArray, motion: Motion, wind_vector: tuple[float
 
 
 @kernel
-def apparent_wind_load(coefficients: FloatArray, motion: Motion, wind_vector: tuple[float, float]) -> Wrench:
+def apparent_wind_load(coefficients: FloatArray, motion: Motion, wind_vector: Level) -> Wrench:
     """Return the wind's wrench as VRX 3 has it: world axes, about the link's *origin*.
 
     With (rx, ry) the wind less the velocity of the link's origin over ground [m/s], in *world* axes: force
@@ -365,14 +366,14 @@ def apparent_wind_load(coefficients: FloatArray, motion: Motion, wind_vector: tu
 
 
 @kernel
-def _apparent_wind(wind_vector: tuple[float, float], motion: Motion) -> tuple[float, float]:
+def _apparent_wind(wind_vector: Level, motion: Motion) -> Level:
     """Return the wind less the velocity of the link's origin [m/s, world]: the apparent wind."""
     vx, vy, _ = rotate(motion, velocity_of(motion))
     return wind_vector[0] - vx, wind_vector[1] - vy
 
 
 @kernel
-def wind_on_hull(hull: Record, windage: Table | None, motion: Motion, wind_vector: tuple[float, float]) -> Wrench:
+def wind_on_hull(hull: Record, windage: Table | None, motion: Motion, wind_vector: Level) -> Wrench:
     """Return what the wind does to a hull by the profile of its row: world axes, about `hull.link_com`.
 
     `windage` is `tables.WINDAGE`; None where no hull has any.
@@ -383,7 +384,7 @@ def wind_on_hull(hull: Record, windage: Table | None, motion: Motion, wind_vecto
 
 
 @kernel
-def _wind_by_profile(row: Record, com: FloatArray, motion: Motion, wind_vector: tuple[float, float]) -> Wrench:
+def _wind_by_profile(row: Record, com: FloatArray, motion: Motion, wind_vector: Level) -> Wrench:
     """Return the wind's wrench by the profile and coefficients of a row: world axes, about `com` [m], body axes."""
     if row.profile == MARINE:
         return wind_load(row.wind, motion, _apparent_wind(wind_vector, motion))
@@ -393,6 +394,6 @@ def _wind_by_profile(row: Record, com: FloatArray, motion: Motion, wind_vector: 
 
 
 @kernel
-def wind_on_float(item: Record, motion: Motion, wind_vector: tuple[float, float]) -> Wrench:
+def wind_on_float(item: Record, motion: Motion, wind_vector: Level) -> Wrench:
     """Return what the wind does to a floating object: world axes, about its centre of mass."""
     return _wind_by_profile(item, item.com, motion, wind_vector)

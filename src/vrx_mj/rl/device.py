@@ -1,6 +1,6 @@
 """An environment whose rows, arrays and episodes are on a graphics processor."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from vrx_mj.cuda import Batch, arrays, check_driver
 from vrx_mj.errors import CommandError
 from vrx_mj.rl.environment import Actions, Environment, Floats32, Info
 from vrx_mj.rl.options import PERIOD, ActionError, Seeds
-from vrx_mj.rl.problem import RowArrays
+from vrx_mj.rl.problem import Facts, RowArrays
 from vrx_mj.runtime import batch
 
 
@@ -85,11 +85,11 @@ class DeviceEnvironment(Environment):
         """Whether any of these rows may need something: the host would wait for the device to know."""
         return True
 
-    def info(self, facts: Mapping[str, npt.NDArray[np.generic]], rows: BoolArray) -> Info:
+    def info(self, facts: Facts, rows: BoolArray) -> Info:
         """The facts of all rows, without masks, for which the host would wait for the device."""
         return dict(facts)
 
-    def final_info(self, facts: Mapping[str, npt.NDArray[np.generic]], observation: Floats32, ended: BoolArray) -> Info:
+    def final_info(self, facts: Facts, observation: Floats32, ended: BoolArray) -> Info:
         """Observations, (n, features), and facts of all rows after the step: the last of those that have `ended`."""
         return {"final_obs": observation, "final_info": dict(facts)}
 

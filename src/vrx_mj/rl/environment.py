@@ -22,7 +22,7 @@ from vrx_mj.rl.options import (
     Seeds,
     Variety,
     as_actions,
-    check_count,
+    as_count,
     episode_steps,
     step_limit,
 )
@@ -30,6 +30,7 @@ from vrx_mj.rl.picture import Picture
 from vrx_mj.rl.problem import (
     OWN,
     Entry,
+    Facts,
     Judged,
     Problem,
     RefereedRow,
@@ -216,9 +217,9 @@ class Outcome(NamedTuple):
     """Which boats these numbers belong to."""
     idle: BoolArray
     """Rows that began an episode instead, (n,)."""
-    losses: dict[str, BoolArray]
+    losses: Facts
     """`sunk` and `capsized`, which boats are lost, and `diverged`, (n,), rows with a state that is not finite."""
-    facts: dict[str, npt.NDArray[Any]]
+    facts: Facts
     """The problem's facts, (n,) or (n, boats) each."""
 
 
@@ -320,7 +321,7 @@ class Environment:
         """Whether any of these rows, (n,), needs something."""
         return bool(rows.any())
 
-    def final_info(self, facts: Mapping[str, npt.NDArray[np.generic]], observation: Floats32, ended: BoolArray) -> Info:
+    def final_info(self, facts: Facts, observation: Floats32, ended: BoolArray) -> Info:
         """`info` for the last observations and facts of the rows whose episodes have just ended, (n,); None for others.
 
         `observation` is (n, features).
@@ -331,7 +332,7 @@ class Environment:
         own = {"final_obs": seen, "final_info": self.info(facts, ended)}
         return own | {f"_{name}": ended.copy() for name in own}
 
-    def info(self, facts: Mapping[str, npt.NDArray[np.generic]], rows: BoolArray) -> Info:
+    def info(self, facts: Facts, rows: BoolArray) -> Info:
         """`info` for the facts of some rows, (n, ...): zeros for other rows, a mask `_NAME` for each; {} for no row."""
         info: Info = {}
         if rows.any():
@@ -370,10 +371,10 @@ class Environment:
         observation = self._observe(team)
         facts = self.facts()
         self.roster.dismiss(over)
-        losses = {"diverged": diverged, "sunk": sunk, "capsized": capsized}
+        losses: Facts = {"diverged": diverged, "sunk": sunk, "capsized": capsized}
         return Outcome(observation, own, shared, ended, cut, acted, ~going, losses, facts)
 
-    def facts(self) -> dict[str, npt.NDArray[np.generic]]:
+    def facts(self) -> Facts:
         """The problem's facts, (n,) or (n, boats) each."""
         return {name: values.copy() for name, values in self.problem.facts().items()}
 
@@ -517,5 +518,5 @@ def _world_of(problem: str, n: int, world: Source | None, fleet: Source | None, 
 
 
 def _line_of(boats: int) -> Source:
-    check_count("boats", boats)
-    return {"usv_count": int(boats), "layout": "line", "spacing": _SPACING, "origin": "spawn", "sensors": "none"}
+    count = as_count("boats", boats)
+    return {"usv_count": count, "layout": "line", "spacing": _SPACING, "origin": "spawn", "sensors": "none"}

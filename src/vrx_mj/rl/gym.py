@@ -19,7 +19,7 @@ from vrx_mj.rl.options import (
     Range,
     Seeds,
     as_actions,
-    check_count,
+    as_count,
     check_picture,
     episode_steps,
     reset_options,
@@ -106,7 +106,7 @@ class VectorEnv(ProblemRows, gymnasium.vector.VectorEnv[Floats32, Floats32, npt.
         """
         check_name("problem", problem, ALONE)
         check_name("device", device, get_args(Device))
-        check_count("num_envs", num_envs)
+        as_count("num_envs", num_envs)
         check_picture(render_mode, self.metadata["render_modes"], width, height)
         self.num_envs, self.render_mode, self._mode = num_envs, render_mode, _reset_mode(autoreset_mode)
         self.metadata = type(self).metadata | {"autoreset_mode": self._mode}

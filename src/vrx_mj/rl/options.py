@@ -13,7 +13,7 @@ from vrx_mj.arguments import as_number, check_name
 from vrx_mj.arrays import BoolArray, IntArray
 from vrx_mj.errors import quote
 from vrx_mj.rl.neighbours import NeighbourView
-from vrx_mj.rl.problem import RefereedRow, Rows
+from vrx_mj.rl.problem import Facts, RefereedRow, Rows
 from vrx_mj.runtime.batch import Batch
 from vrx_mj.runtime.rows import fixed_arguments
 
@@ -78,7 +78,7 @@ def step_limit(duration: object, most: object, default: float) -> int:
     """
     if most is None:
         return episode_steps(default if duration is None else duration)
-    if not isinstance(most, int | np.integer) or isinstance(most, bool) or (most < 1 and most != -1):
+    if not _is_whole(most) or (most < 1 and most != -1):
         text = "a whole number above 0 is needed, or -1 for no limit"
         raise gymnasium.error.Error(f"invalid max_episode_steps {quote(most)}: {text}")
     limit = _ENDLESS if most == -1 else min(int(most), _ENDLESS)
@@ -89,12 +89,18 @@ def step_limit(duration: object, most: object, default: float) -> int:
     return steps
 
 
-def check_count(name: str, value: object) -> None:
-    """gymnasium.error.Error: the option of that name is not a whole number from 1 to a million."""
-    if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 1:
-        raise gymnasium.error.Error(f"invalid {name} {quote(value)}: a whole number above 0 is needed")
-    if value > _MAX_ROWS:
-        raise gymnasium.error.Error(f"invalid {name} {quote(value)}: at most {_MAX_ROWS} are possible")
+def as_count(name: str, value: object, least: int = 1, most: int = _MAX_ROWS) -> int:
+    """The option of that name as a number; gymnasium.error.Error: not a whole number from `least` to `most`."""
+    if not _is_whole(value) or value < least:
+        text = "above 0" if least else "of 0 or more"
+        raise gymnasium.error.Error(f"invalid {name} {quote(value)}: a whole number {text} is needed")
+    if value > most:
+        raise gymnasium.error.Error(f"invalid {name} {quote(value)}: at most {most} are possible")
+    return int(value)
+
+
+def _is_whole(value: object) -> TypeGuard[int]:
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)
 
 
 def check_picture(mode: object, modes: Sequence[str], width: object, height: object) -> None:
@@ -103,7 +109,7 @@ def check_picture(mode: object, modes: Sequence[str], width: object, height: obj
         possible = ", ".join(["None", *map(repr, modes[:-1])])
         raise gymnasium.error.Error(f"invalid render_mode {quote(mode)}: {possible} or {modes[-1]!r} is needed")
     for name, size in (("width", width), ("height", height)):
-        if not isinstance(size, int | np.integer) or isinstance(size, bool) or not 1 <= size <= _MAX_SIDE:
+        if not _is_whole(size) or not 1 <= size <= _MAX_SIDE:
             text = f"a whole number of pixels from 1 to {_MAX_SIDE} is needed"
             raise gymnasium.error.Error(f"invalid {name} {quote(size)}: {text}")
 
@@ -144,10 +150,7 @@ def as_actions(action: object, name: str = "action") -> npt.NDArray[np.float32]:
 
 def neighbour_view(neighbours: object, reach: object, noise: object, delay: object) -> NeighbourView:
     """How boats see each other; gymnasium.error.Error: an option is invalid."""
-    if not isinstance(neighbours, int | np.integer) or neighbours < 0:
-        raise gymnasium.error.Error(f"invalid neighbours {quote(neighbours)}: a whole number of 0 or more is needed")
-    if neighbours > _MOST_NEIGHBOURS:
-        raise gymnasium.error.Error(f"invalid neighbours {quote(neighbours)}: at most {_MOST_NEIGHBOURS} are possible")
+    count = as_count("neighbours", neighbours, 0, _MOST_NEIGHBOURS)
     if not is_number(reach) or reach <= 0.0:
         raise gymnasium.error.Error(f"invalid range {quote(reach)}: a number of metres above 0 is needed")
     given = tuple(noise) if isinstance(noise, Sequence | np.ndarray) else ()
@@ -163,7 +166,7 @@ def neighbour_view(neighbours: object, reach: object, noise: object, delay: obje
             f"invalid delay {quote(delay)}: a multiple of {PERIOD:g} s, up to {_LONGEST_DELAY:g} s, is needed"
         )
     return NeighbourView(
-        int(neighbours), float(reach), (float(given[0]), float(given[1]), float(given[2])), round(delay / PERIOD)
+        count, float(reach), (float(given[0]), float(given[1]), float(given[2])), round(delay / PERIOD)
     )
 
 
@@ -302,7 +305,7 @@ class Variety:
         if isinstance(self._rows, Batch):
             self._rows.vary(rows, **changed)
 
-    def facts(self) -> dict[str, npt.NDArray[np.generic]]:
+    def facts(self) -> Facts:
         """What was drawn last, by the names of the options, (n,) or, of phases, (n, waves)."""
         return dict(self._drawn)
 

@@ -26,6 +26,8 @@ MIN_CLEARANCE = 6.0
 """Distance between two boats' origins below which they are too near [m]; a WAM-V is 4.9 m long."""
 MIN_LOSS = 20.0
 """Reward that a boat forfeits by sinking or capsizing, at least."""
+Pair = tuple[FloatArray, FloatArray]
+"""Two arrays of one shape: along x and y, or ahead and to port."""
 
 
 class RefereedRow:
@@ -78,7 +80,7 @@ class RefereedRow:
         """Height [m] of the sea at points x, y, (1, points) [m], now."""
         return np.asarray(self.sim.sea.height(x, y, self.sim.time))
 
-    def afloat(self, boat: str, places: FloatArray, rows: IntArray) -> tuple[FloatArray, FloatArray]:
+    def afloat(self, boat: str, places: FloatArray, rows: IntArray) -> Pair:
         """Poses and velocities, (rows, 6), of a boat at x, y and yaw, (rows, 3), as high as VRX spawns it."""
         x, y, yaw = places.T
         none, height = np.zeros_like(x), self.sim.sea.height(x, y, self.sim.time) + _JOINING_HEIGHT
@@ -143,6 +145,8 @@ class RowArrays:
         return made
 
 
+Facts = dict[str, npt.NDArray[np.generic]]
+"""Arrays by their names in `info`."""
 Spot = tuple[float, float, float, float]
 """Where a boat starts: x, y [m], heading [rad], and surge velocity [m/s]."""
 
@@ -194,7 +198,7 @@ class Team(NamedTuple):
     present: BoolArray
     """Which boats are in the water; the others' numbers mean nothing."""
 
-    def velocity(self) -> tuple[FloatArray, FloatArray]:
+    def velocity(self) -> Pair:
         """Velocity over ground, along x and along y [m/s]; one boat alone needs it for nothing."""
         qw, qx, qy, qz, u, v, w = self.motion.transpose(2, 0, 1)
         ahead_east, ahead_north = _bow(qw, qx, qy, qz)
@@ -202,15 +206,15 @@ class Team(NamedTuple):
         north = ahead_north * u + (1 - 2 * (qx * qx + qz * qz)) * v + 2 * (qy * qz - qw * qx) * w
         return east, north
 
-    def toward(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def toward(self, x: FloatArray, y: FloatArray) -> Pair:
         """Where points are, ahead and to port [m] of each boat; they broadcast with (n, boats)."""
         return self.body_axes(x - self.x, y - self.y)
 
-    def body_axes(self, east: FloatArray, north: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def body_axes(self, east: FloatArray, north: FloatArray) -> Pair:
         """Vectors of the world in each boat's axes, ahead and to port."""
         return _along(east, north, self.yaw)
 
-    def beyond(self, x: FloatArray, y: FloatArray, course: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def beyond(self, x: FloatArray, y: FloatArray, course: FloatArray) -> Pair:
         """How far the boats are from points [m]: along a course [rad] through them, and to port of it."""
         return _along(self.x - x, self.y - y, course)
 
@@ -255,6 +259,10 @@ class Problem(RowArrays, ABC):
     """What a boat observes of the task, in its own axes."""
     boats: ClassVar[int] = 1
     """Number of boats by default."""
+    told: ClassVar[tuple[str, ...]] = ()
+    """Facts of a step for `info`: names of attributes without their underscore."""
+    drawn: ClassVar[tuple[str, ...]] = ()
+    """What `start` draws for `info`, named likewise."""
     fixed: ClassVar[bool] = True
     """Whether there must be exactly so many boats, all the time."""
     placed: ClassVar[bool] = True
@@ -285,13 +293,13 @@ class Problem(RowArrays, ABC):
     def judge(self, team: Team, going: BoolArray) -> Judged:
         """Judge a step, once; only the rows that were `going`, (n,), count, and the boats that were present."""
 
-    @abstractmethod
-    def facts(self) -> dict[str, npt.NDArray[np.generic]]:
+    def facts(self) -> Facts:
         """Facts of a step for `info`, (n,) or (n, boats) each; who keeps them copies them."""
+        return {name: getattr(self, f"_{name}") for name in self.told}
 
-    def episode_facts(self) -> dict[str, npt.NDArray[np.generic]]:
+    def episode_facts(self) -> Facts:
         """What `start` drew, (n, ...) each: for the `info` of an episode's beginning, which copies it."""
-        return {}
+        return {name: getattr(self, f"_{name}") for name in self.drawn}
 
     def forfeit(self, left: IntArray) -> FloatArray:
         """What each boat forfeits that is lost, (n, boats), with so many steps of its episode left, (n,).
@@ -314,7 +322,7 @@ def team_of(features: FloatArray, wind: FloatArray, present: BoolArray) -> Team:
     return Team(x.copy(), y.copy(), yaw, features[:, :, 3:10].copy(), own, present)
 
 
-def _bow(qw: FloatArray, qx: FloatArray, qy: FloatArray, qz: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _bow(qw: FloatArray, qx: FloatArray, qy: FloatArray, qz: FloatArray) -> Pair:
     """East and north of the unit vector along the bow."""
     return 1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy + qw * qz)
 
@@ -343,7 +351,7 @@ def boats_too_near(team: Team, distance: float = MIN_CLEARANCE) -> BoolArray:
     return np.asarray(((gaps < distance) & both).any(axis=2))
 
 
-def _along(east: FloatArray, north: FloatArray, course: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _along(east: FloatArray, north: FloatArray, course: FloatArray) -> Pair:
     """Vectors along directions [rad], and to port of them."""
     cos, sin = np.cos(course), np.sin(course)
     return cos * east + sin * north, cos * north - sin * east

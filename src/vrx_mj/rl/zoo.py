@@ -10,7 +10,7 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.arguments import as_flag, check_name
+from vrx_mj.arguments import Names, as_flag, check_name
 from vrx_mj.arrays import BoolArray, ByteArray, FloatArray
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.mjcf.compile import Source
@@ -23,8 +23,8 @@ from vrx_mj.rl.options import (
     Range,
     Seeds,
     as_actions,
+    as_count,
     chance,
-    check_count,
     check_picture,
     neighbour_view,
     reset_options,
@@ -123,7 +123,7 @@ class TeamVectorEnv(ProblemRows):
             gymnasium.error.Error: an option is invalid.
             VrxError: the world or the fleet is invalid, as for `compile_world`, or there is no memory for the rows.
         """
-        check_count("num_envs", num_envs)
+        as_count("num_envs", num_envs)
         check_picture(render_mode, _RENDER_MODES, width, height)
         view, self._share = neighbour_view(neighbours, range, noise, delay), team_share(reward)
         moving = chance("joining", joining), chance("leaving", leaving)
@@ -139,12 +139,12 @@ class TeamVectorEnv(ProblemRows):
         )  # fmt: skip
 
     @property
-    def boats(self) -> tuple[str, ...]:
+    def boats(self) -> Names:
         """Names of the boats, in the order of the second axis of actions and observations."""
         return self._core.batch.boats
 
     @property
-    def action_names(self) -> dict[str, tuple[str, ...]]:
+    def action_names(self) -> dict[str, Names]:
         """Names of the channels of each boat's actions."""
         return self._core.actions.names
 
@@ -231,7 +231,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
         self._seen = np.zeros((len(self.possible_agents), size), np.float32)
 
     @property
-    def observation_names(self) -> tuple[str, ...]:
+    def observation_names(self) -> Names:
         """Names of the features of an observation, with their units."""
         return self._rows.observation_names
 

@@ -1,7 +1,7 @@
 """Many worlds at once: rows of one model, each with a seed, a state and, if wanted, a wind, sea and boat of its own."""
 
 import time as clock
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import partial
 from numbers import Real
 from typing import Any, Literal, get_args
@@ -27,6 +27,8 @@ from vrx_mj.runtime.row_tables import (
     SEPARATE,
     Equilibrium,
     RowTables,
+    Seeds,
+    Values,
     Variation,
     allocating,
     check_free,
@@ -78,7 +80,7 @@ class Batch:
 
     @delays_exit()
     def __init__(
-        self, world: World, n: int, *, seed: int | Sequence[int] | None = None, threads: int | None = None,
+        self, world: World, n: int, *, seed: Seeds = None, threads: int | None = None,
         engine: Engine = "mujoco",
     ) -> None:  # fmt: skip
         """Create the rows of a world.
@@ -229,7 +231,7 @@ class Batch:
     # Running
 
     @in_turn
-    def reset(self, rows: Rows = None, *, seed: int | Sequence[int] | IntArray | None = None) -> None:
+    def reset(self, rows: Rows = None, *, seed: Seeds = None) -> None:
         """Reset rows to their start; parameters changed by `vary` are kept.
 
         Args:
@@ -262,7 +264,7 @@ class Batch:
         """
         self._give(which_rows(self.n, rows), values, hold=0.0)
 
-    def step(self, values: npt.ArrayLike | None = None, *, duration: float, rows: Rows = None) -> None:
+    def step(self, values: Values = None, *, duration: float, rows: Rows = None) -> None:
         """Advance rows by simulated time [s], a multiple of the timestep, under commands (rows, channels).
 
         A command holds for the whole duration. Errors are those of `command` and `advance`.
@@ -311,8 +313,8 @@ class Batch:
         self,
         boat: str,
         *,
-        pose: npt.ArrayLike | None = None,
-        velocity: npt.ArrayLike | None = None,
+        pose: Values = None,
+        velocity: Values = None,
         rows: Rows = None,
     ) -> None:
         """Set the pose or the velocity of a boat in some rows; what is not given is kept.
@@ -356,17 +358,17 @@ class Batch:
         self,
         rows: Rows = None,
         *,
-        wind_speed: npt.ArrayLike | None = None,
-        wind_direction: npt.ArrayLike | None = None,
-        gusts: npt.ArrayLike | None = None,
-        waves: npt.ArrayLike | None = None,
-        wave_period: npt.ArrayLike | None = None,
-        wave_band: npt.ArrayLike | None = None,
-        wave_direction: npt.ArrayLike | None = None,
-        wave_spread: npt.ArrayLike | None = None,
-        wave_phases: npt.ArrayLike | None = None,
-        mass: npt.ArrayLike | None = None,
-        thrust: npt.ArrayLike | None = None,
+        wind_speed: Values = None,
+        wind_direction: Values = None,
+        gusts: Values = None,
+        waves: Values = None,
+        wave_period: Values = None,
+        wave_band: Values = None,
+        wave_direction: Values = None,
+        wave_spread: Values = None,
+        wave_phases: Values = None,
+        mass: Values = None,
+        thrust: Values = None,
         parameters: Mapping[str, npt.ArrayLike] | None = None,
     ) -> None:
         """Change parameters of rows, which are to be reset then; each is one number, or one for each of these rows.

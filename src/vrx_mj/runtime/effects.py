@@ -35,6 +35,7 @@ from vrx_mj.physics.thrust import (
 from vrx_mj.physics.vessel import (
     HullMeshes,
     VesselWork,
+    Work,
     bias_on_vessel,
     diffraction_on_vessel,
     drag_on_vessel,
@@ -155,7 +156,7 @@ _loads_on_vessel = _sum_on(Hulls.VESSELS)
 
 
 @expanded_kernel
-def weather_step(a: Views, work: VesselWork | None, dt: float) -> Air:
+def weather_step(a: Views, work: Work, dt: float) -> Air:
     """Advance wind and current by `dt` [s], and return the wind [m/s]."""
     wind_step(a.wind[0], a.wind_state[0], a.gust_bands, a.air, a.air_state, dt)
     if work is not None:
@@ -164,9 +165,7 @@ def weather_step(a: Views, work: VesselWork | None, dt: float) -> Air:
 
 
 @inlined_kernel
-def push_hull(
-    index: int, a: Views, work: VesselWork | None, waves: Waves, air: Air, time: float, dt: float, out: _Rows
-) -> None:
+def push_hull(index: int, a: Views, work: Work, waves: Waves, air: Air, time: float, dt: float, out: _Rows) -> None:
     """Let water, wind and its thrusters push a hull; `out` are rows for the wrenches of `EFFECTS`, if wanted."""
     hull = a.hulls[index]
     body = motion(a.qpos, a.qvel, hull.qpos, hull.dof)
@@ -181,7 +180,7 @@ def push_hull(
 
 @expanded_kernel
 def _around_stations(
-    hull: Record, body: Motion, a: Views, work: VesselWork | None, waves: Waves, air: Air, time: float, dt: float
+    hull: Record, body: Motion, a: Views, work: Work, waves: Waves, air: Air, time: float, dt: float
 ) -> Conditions:
     """Surroundings of a hull on stations; the water of VRX's profiles is at rest."""
     water, through, level = still_water(), body, body
@@ -233,7 +232,7 @@ def hull_loads_vrx(runs: Table, index: int, time: float, dt: float, out: FloatAr
 
 
 @inlined_kernel
-def _thrust(hull: Record, body: Motion, a: Views, work: VesselWork | None, air: Air, time: float, dt: float) -> Wrench:
+def _thrust(hull: Record, body: Motion, a: Views, work: Work, air: Air, time: float, dt: float) -> Wrench:
     """Steer the hull's engines, rudders and sails and push with them; returns the wrench on the hull about `link_com`.
 
     A hinged engine is pushed itself, and steered through its joint; the hull feels it through the hinge.

@@ -9,6 +9,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError
+from vrx_mj.frames import Vector
 from vrx_mj.model.tables import PROPELLER, PROPELLER_POINT, RESISTANCE, THRUSTER
 from vrx_mj.physics.drag import resistance_at
 from vrx_mj.physics.tables import BLADES, NEWTONS, RUDDER, Record, Table
@@ -28,7 +29,7 @@ class Rudder:
 
     name: str
     """Name of the rudder."""
-    position: tuple[float, float, float]
+    position: Vector
     """Where its force acts [m], body frame."""
     max_angle: float
     """Largest angle either way [rad]."""
@@ -56,7 +57,7 @@ class Hull:
     """Mass of the boat with what it carries [kg]."""
     inertia: float
     """Moment of inertia about the vertical through the centre of mass [kg m2]."""
-    centre: tuple[float, float, float]
+    centre: Vector
     """Centre of mass [m], body frame."""
     added_mass: _Six
     """Added mass [kg] and added inertia [kg m2]."""
@@ -111,7 +112,7 @@ def _six(values: FloatArray) -> _Six:
     return surge, sway, heave, roll, pitch, yaw
 
 
-def _masses(model: mujoco.MjModel, root: int) -> tuple[float, float, tuple[float, float, float]]:
+def _masses(model: mujoco.MjModel, root: int) -> tuple[float, float, Vector]:
     """Mass [kg], moment of inertia about the vertical [kg m2] and centre of mass [m] of a boat with its joints at 0.
 
     What hangs on joints, as engines do, is taken with the axes of its own frame along those of the boat.
@@ -150,9 +151,9 @@ class Propeller:
 
     name: str
     """Name of the thruster."""
-    position: tuple[float, float, float]
+    position: Vector
     """Where it pushes at zero steering [m], body frame."""
-    direction: tuple[float, float, float]
+    direction: Vector
     """Direction of a positive force at zero steering, unit vector, body frame."""
     max_angle: float
     """Largest steering angle either way [rad]; 0: fixed."""

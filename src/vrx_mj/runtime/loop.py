@@ -29,7 +29,7 @@ from vrx_mj.physics.kinematics import half_step_back, orbital_motion
 from vrx_mj.physics.motion import Motion, Wrench, add, motion, zero_wrench
 from vrx_mj.physics.raft import block_load, moor, raft_drag
 from vrx_mj.physics.tables import MARINE, VRX3, Record, Table, Waves
-from vrx_mj.physics.vessel import VesselWork, vessel_work
+from vrx_mj.physics.vessel import Work, vessel_work
 from vrx_mj.physics.waves import row_waves, surface_height, wave_columns
 from vrx_mj.physics.wind import wind_on_float
 from vrx_mj.runtime.effects import Air, apply_wrench, hull_meshes, push_hull, weather_step
@@ -43,8 +43,8 @@ MAX_STATE = 1e7
 _MAX_PASSES, _MOMENT_TOLERANCE = 20, 1e-9
 """Largest number of passes in the search for moments of added mass, and the change [N m] with which it ends."""
 
-_STRIDE, _COUNTDOWN, _FILLED = 0, 1, 2
-"""Columns of the sampling table, as in `subscriptions.py`."""
+STRIDE, COUNTDOWN, FILLED = 0, 1, 2
+"""Columns of the sampling table: steps per row, steps until the next row, rows in the buffer."""
 
 
 def _stage(name: str) -> types.ExternalFunction:
@@ -105,7 +105,7 @@ LOOPS = advance, advance_vrx, advance_vrx_sea
 
 
 @expanded_kernel
-def _advance(run: Record, a: Views, time: float, dt: float, steps: int, work: VesselWork | None, waves: Waves) -> int:
+def _advance(run: Record, a: Views, time: float, dt: float, steps: int, work: Work, waves: Waves) -> int:
     """`advance`. Where `work` is None, numba leaves out the branches that need it."""
     flags = a.broadphase[0]
     added, damping = np.empty((6, 6)), np.empty((a.floats.size + a.links.size, 3))
@@ -138,9 +138,7 @@ def _advance(run: Record, a: Views, time: float, dt: float, steps: int, work: Ve
 
 
 @kernel
-def advance_free(
-    runs: Table, row: int, time: float, dt: float, steps: int, damping: FloatArray, work: VesselWork | None
-) -> int:
+def advance_free(runs: Table, row: int, time: float, dt: float, steps: int, damping: FloatArray, work: Work) -> int:
     """`advance` for runs of free bodies without sensors while nothing is near: no line of it is MuJoCo's.
 
     `damping` is memory, (floats, 3), and `work` that of `vessel_work`; None is for the worlds of `advance_vrx`.
@@ -152,9 +150,7 @@ def advance_free(
 
 
 @expanded_kernel
-def _advance_free(
-    a: Views, time: float, dt: float, steps: int, damping: FloatArray, work: VesselWork | None, waves: Waves
-) -> int:
+def _advance_free(a: Views, time: float, dt: float, steps: int, damping: FloatArray, work: Work, waves: Waves) -> int:
     """`advance_free`, the loop that a graphics processor compiles."""
     done = 0
     while done < steps and not _has_diverged(a.qpos, a.qvel):
@@ -168,7 +164,7 @@ def _advance_free(
 
 
 @expanded_kernel
-def _push_free(a: Views, work: VesselWork | None, waves: Waves, damping: FloatArray, time: float, dt: float) -> Air:
+def _push_free(a: Views, work: Work, waves: Waves, damping: FloatArray, time: float, dt: float) -> Air:
     """Let weather, water and thrusters push hulls and floats in the step to `time` [s]; returns the wind [m/s]."""
     air = weather_step(a, work, dt)
     for i in range(a.hulls.size):
@@ -179,7 +175,7 @@ def _push_free(a: Views, work: VesselWork | None, waves: Waves, damping: FloatAr
 
 @inlined_kernel
 def _move(
-    model: _Address, data: _Address, a: Views, work: VesselWork | None, added: FloatArray, damping: FloatArray,
+    model: _Address, data: _Address, a: Views, work: Work, added: FloatArray, damping: FloatArray,
     turning: bool, idle: bool,
 ) -> None:  # fmt: skip
     """`mj_step`, stage by stage, with the hulls' added mass and the floats' and docks' drag put into the inertia.
@@ -223,7 +219,7 @@ def _move(
 
 
 @expanded_kernel
-def _inertia_of_water(hull: Record, body: Motion, a: Views, work: VesselWork | None, added: FloatArray) -> None:
+def _inertia_of_water(hull: Record, body: Motion, a: Views, work: Work, added: FloatArray) -> None:
     """Write a hull's added mass into `added`, (6, 6)."""
     if work is not None and hull.vessel >= 0:
         added_inertia_of_vessel(a.vessels[hull.vessel], body, added)
@@ -269,9 +265,7 @@ def _turn_by_added_mass(
 
 
 @inlined_kernel
-def _push_floats(
-    a: Views, work: VesselWork | None, waves: Waves, air: Air, damping: FloatArray, time: float, dt: float
-) -> None:
+def _push_floats(a: Views, work: Work, waves: Waves, air: Air, damping: FloatArray, time: float, dt: float) -> None:
     """Let water, wind and their own strength push all floating objects."""
     for i in range(a.floats.size):
         apply_wrench(a.xfrc_applied, a.floats[i].body, _floating(i, a, work, waves, air, damping[i], time, dt))
@@ -284,9 +278,7 @@ def _push_floats(
 
 
 @inlined_kernel
-def _push_links(
-    a: Views, work: VesselWork | None, waves: Waves, air: Air, damping: FloatArray, time: float, dt: float
-) -> None:
+def _push_links(a: Views, work: Work, waves: Waves, air: Air, damping: FloatArray, time: float, dt: float) -> None:
     """Let water and wind push the links of objects that have joints; a row of `damping` after those of the floats."""
     for i in range(a.links.size):
         item, own = a.links[i], damping[a.floats.size + i]
@@ -302,7 +294,7 @@ def _push_links(
 
 
 @inlined_kernel
-def _push_docks(a: Views, work: VesselWork | None, waves: Waves, air: Air, time: float, dt: float) -> None:
+def _push_docks(a: Views, work: Work, waves: Waves, air: Air, time: float, dt: float) -> None:
     """Let water and wind push the blocks of floating docks, and their moorings pull."""
     stream = None if work is None else current_velocity(a.current, a.current_state, a.layers, 0.0, time)
     for i in range(a.blocks.size):
@@ -314,7 +306,7 @@ def _push_docks(a: Views, work: VesselWork | None, waves: Waves, air: Air, time:
 
 @expanded_kernel
 def _floating(
-    index: int, a: Views, work: VesselWork | None, waves: Waves, air: Air, damping: FloatArray, time: float, dt: float
+    index: int, a: Views, work: Work, waves: Waves, air: Air, damping: FloatArray, time: float, dt: float
 ) -> Wrench:
     """Wrench of water, wind and its own strength on what floats, about its centre of mass; zero on what is held."""
     item, state = a.floats[index], a.float_state[index]
@@ -332,7 +324,7 @@ def _floating(
 
 @expanded_kernel
 def _flotation_of(
-    item: Record, state: Record, body: Motion, a: Views, work: VesselWork | None, waves: Waves, load: Wrench,
+    item: Record, state: Record, body: Motion, a: Views, work: Work, waves: Waves, load: Wrench,
     time: float, dt: float, ahead: float,
 ) -> Flotation:  # fmt: skip
     """Buoyancy and drag of what floats, `ahead` [s] from now as a free body; `load` is all else on it but weight."""
@@ -392,7 +384,7 @@ def _has_diverged(qpos: FloatArray, qvel: FloatArray) -> bool:
 @kernel
 def _full(sampling: IntArray, samples: FloatArray) -> bool:
     """Whether the buffer is full."""
-    return bool(sampling[_STRIDE] > 0 and sampling[_FILLED] == samples.shape[0])
+    return bool(sampling[STRIDE] > 0 and sampling[FILLED] == samples.shape[0])
 
 
 @inlined_kernel
@@ -402,14 +394,14 @@ def _sample(a: Views, time: float) -> None:
     Of the device state it has the last numbers, as many as there is room for: those of lights and placards.
     """
     sampling = a.sampling
-    if sampling[_STRIDE] == 0:
+    if sampling[STRIDE] == 0:
         return
-    if sampling[_COUNTDOWN] > 0:
-        sampling[_COUNTDOWN] -= 1
+    if sampling[COUNTDOWN] > 0:
+        sampling[COUNTDOWN] -= 1
         return
-    sampling[_COUNTDOWN] = sampling[_STRIDE] - 1
-    row = a.samples[sampling[_FILLED]]
-    sampling[_FILLED] += 1
+    sampling[COUNTDOWN] = sampling[STRIDE] - 1
+    row = a.samples[sampling[FILLED]]
+    sampling[FILLED] += 1
     row[0], row[1] = time, a.wind_state[0].speed
     count = a.thruster_state.size
     for k in range(count):

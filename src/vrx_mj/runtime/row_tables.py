@@ -6,7 +6,7 @@ Rows of worlds of free bodies alone step without MuJoCo while nothing can touch 
 import copy
 import warnings
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cached_property
 from typing import Any
@@ -34,6 +34,10 @@ from vrx_mj.runtime.state import integration_state, set_integration_state
 from vrx_mj.runtime.views import ARRAYS, OWN, PARAMETER, RUN, STATE, point, point_rows
 from vrx_mj.sensors.sea import wave_table
 
+Values = npt.ArrayLike | None
+"""A parameter of rows, or a command: a number, or one for each of them; None: as it is."""
+Seeds = int | Sequence[int] | IntArray | None
+"""A seed for each row, or a number s for s + i in row i; None: the world's seed."""
 _ROW_MEMORY = 455_000
 """Memory of any row [bytes]: MuJoCo's `mjData` itself, mostly statistics of its solver; measured with MuJoCo 4.0."""
 _OUT_OF_MEMORY = "Caught an unknown exception!"
@@ -449,7 +453,7 @@ class Variation:
         self,
         which: IntArray,
         given: dict[str, FloatArray],
-        phases: npt.ArrayLike | None,
+        phases: Values,
         numbers: Mapping[str, npt.ArrayLike],
     ) -> None:
         """Change rows: `given` are values by argument and `numbers` by name; errors are those of `Batch.vary`."""

@@ -21,7 +21,7 @@ from vrx_mj.physics.kernel import allocating_kernel, expanded_kernel, kernel
 from vrx_mj.physics.lanes import sync_lanes
 from vrx_mj.physics.motion import motion
 from vrx_mj.physics.tables import Record, Table
-from vrx_mj.physics.vessel import VesselWork
+from vrx_mj.physics.vessel import Work
 from vrx_mj.physics.waves import random_heights, random_phases, stretch_waves, surface_height
 from vrx_mj.physics.wind import air_velocity
 from vrx_mj.runtime.loop import MAX_STATE, advance, advance_free, advance_vrx, advance_vrx_sea
@@ -228,7 +228,7 @@ def observe_rows(first: int, last: int, hulls: Table, qpos: FloatArray, qvel: Fl
 @kernel
 def advance_free_row(
     runs: Table, run: int, row: int, time: FloatArray, done: IntArray, features: FloatArray, dt: float, steps: int,
-    damping: FloatArray, work: VesselWork | None,
+    damping: FloatArray, work: Work,
 ) -> None:  # fmt: skip
     """Advance a row without MuJoCo, as far as nothing is near, and write what is seen of its boats.
 

@@ -26,6 +26,7 @@ from vrx_mj.runtime.observation import TASK, BoatObservation, Observation
 from vrx_mj.runtime.rows import as_numbers
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.subscriptions import Touch
+from vrx_mj.runtime.task_runner import Event
 from vrx_mj.tasks import TASK_KINDS
 from vrx_mj.tasks.referee import frame_stride, has_started
 
@@ -171,7 +172,7 @@ class TaskSummary:
     """Whether the time ran out before the task was done."""
     num_collisions: int
     """Collisions that counted."""
-    events: tuple[tuple[float, str, str], ...]
+    events: tuple[Event, ...]
     """Messages of the referee: simulated time [s], text and level."""
 
 

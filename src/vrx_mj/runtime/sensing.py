@@ -16,7 +16,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.arguments import as_numbers, check_kind, check_name
+from vrx_mj.arguments import Names, as_numbers, check_kind, check_name
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.docks import LIGHT_COLORS, OFF, SYMBOLS
 from vrx_mj.config.sensors import LidarConfig
@@ -44,6 +44,7 @@ _SEA_COMPILING = ("the sea's pictures", 8)
 """What cameras compile, and for about how long [s]."""
 _STILL_SHOT_PROFILES = ("vrx", "vrx3")
 """Profiles of physics in which a ball leaves the shooter without the boat's velocity."""
+_Drawing = Callable[[], mujoco.MjModel]
 _BASE_MOUNT = Mount.of((0.0, 0.0, 0.0), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
 """Mount at `base_link` itself."""
 
@@ -51,7 +52,7 @@ _BASE_MOUNT = Mount.of((0.0, 0.0, 0.0), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0,
 class Sights:
     """The cameras and lidars of a run; the drawing model is made for the first that is used."""
 
-    def __init__(self, world: World, arrays: LoopArrays, drawing: Callable[[], mujoco.MjModel]) -> None:
+    def __init__(self, world: World, arrays: LoopArrays, drawing: _Drawing) -> None:
         self._world, self._arrays, self._drawing = world, arrays, drawing
         self._data: mujoco.MjData | None = None
         self._cameras: Cameras | None = None
@@ -156,7 +157,7 @@ class Readings(Mapping[str, Reading]):
         self._names = tuple(names)
         self._read, self._made = read, made
 
-    def __reduce__(self) -> tuple[Callable[..., "Readings"], tuple[tuple[str, ...], dict[str, Reading]]]:
+    def __reduce__(self) -> tuple[Callable[..., "Readings"], tuple[Names, dict[str, Reading]]]:
         return _copied_readings, (self._names, dict(self._made()))
 
     def __getitem__(self, name: str) -> Reading:
@@ -176,7 +177,7 @@ class Readings(Mapping[str, Reading]):
         return self._read(name) if name in self._names else default
 
 
-def _copied_readings(names: tuple[str, ...], made: dict[str, Reading]) -> Readings:
+def _copied_readings(names: Names, made: dict[str, Reading]) -> Readings:
     """Readings that were copied."""
 
     def read(name: str) -> Reading:
@@ -196,7 +197,7 @@ class Sensing:
         world: World,
         arrays: LoopArrays,
         wind: Wind,
-        drawing: Callable[[], mujoco.MjModel],
+        drawing: _Drawing,
         rebound: Callable[[], None],
         turn: Turn,
     ) -> None:
@@ -215,7 +216,7 @@ class Sensing:
         self._kept: dict[tuple[str, str], Reading] = {}
         self.bind(world, arrays, drawing)
 
-    def bind(self, world: World, arrays: LoopArrays, drawing: Callable[[], mujoco.MjModel]) -> None:
+    def bind(self, world: World, arrays: LoopArrays, drawing: _Drawing) -> None:
         """Go on in a world in which boats have come or gone; readings of those who stay are still theirs."""
         self.world, self.arrays = world, arrays
         self.sights = Sights(world, arrays, drawing)
@@ -226,7 +227,7 @@ class Sensing:
             self._boats[sensor.boat][sensor.name] = sensor
         self._kept = {key: reading for key, reading in self._kept.items() if key[0] in self._boats}
 
-    def names(self, boat: str) -> tuple[str, ...]:
+    def names(self, boat: str) -> Names:
         """Names of a boat's sensors.
 
         Raises:
@@ -472,7 +473,7 @@ class Displays:
     def _arrays(self) -> LoopArrays:
         return self._sensing.arrays
 
-    def names(self, kind: str) -> tuple[str, ...]:
+    def names(self, kind: str) -> Names:
         """Names of all displays of a kind, `light` or `placard`."""
         return tuple(display.name for display in self._arrays.displays if display.kind == kind)
 

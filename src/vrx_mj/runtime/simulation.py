@@ -9,7 +9,7 @@ from threading import get_ident
 import mujoco
 import numpy as np
 
-from vrx_mj.arguments import as_flag, as_int, as_number, as_seed, as_text, check_kind, check_name
+from vrx_mj.arguments import Names, as_flag, as_int, as_number, as_seed, as_text, check_kind, check_name
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, StateError, quote
 from vrx_mj.mjcf.world import World
@@ -24,7 +24,7 @@ from vrx_mj.runtime.sensing import Readings, fire
 from vrx_mj.runtime.spawning import Roster, Spawning
 from vrx_mj.runtime.state import State
 from vrx_mj.runtime.subscriptions import ContactWatch, Listener, Subscription, Touch, check_listener
-from vrx_mj.runtime.task_runner import TaskObservation
+from vrx_mj.runtime.task_runner import Event, TaskObservation
 from vrx_mj.runtime.timing import MOST_STEPS, whole_steps
 from vrx_mj.runtime.turns import HOLDER, in_turn
 from vrx_mj.runtime.weather import Sea, Wind
@@ -93,7 +93,7 @@ class Simulation(Roster):
         return self._live.drawing()
 
     @property
-    def boats(self) -> tuple[str, ...]:
+    def boats(self) -> Names:
         """Names of the boats."""
         return self._live.world.boats
 
@@ -122,7 +122,7 @@ class Simulation(Roster):
         """Wind, as in `sim.wind.velocity(t)` [m/s]."""
         return self._live.wind
 
-    def command_names(self, boat: str) -> tuple[str, ...]:
+    def command_names(self, boat: str) -> Names:
         """Names of a boat's commands, its thrusters and their `_angle`; UnknownNameError if no boat has that name."""
         return self._live.commands.names(boat)
 
@@ -356,7 +356,7 @@ class Simulation(Roster):
 
     # Sensors
 
-    def sensors(self, boat: str) -> tuple[str, ...]:
+    def sensors(self, boat: str) -> Names:
         """Names of a boat's sensors; UnknownNameError if no boat has that name."""
         return self._sensing.names(boat)
 
@@ -419,7 +419,7 @@ class Simulation(Roster):
         """Wall time [s] spent so far on readings of subscribed sensors, by boat and sensor."""
         return self._subscriptions.times
 
-    def receivers(self, boat: str) -> tuple[str, ...]:
+    def receivers(self, boat: str) -> Names:
         """Names of a boat's pinger receivers; UnknownNameError if no boat has that name."""
         return tuple(self._sensing.of_kind(boat, "pinger"))
 
@@ -519,12 +519,12 @@ class Simulation(Roster):
     # Lights and placards
 
     @property
-    def lights(self) -> tuple[str, ...]:
+    def lights(self) -> Names:
         """Names of the world's light buoys."""
         return self._displays.names("light")
 
     @property
-    def placards(self) -> tuple[str, ...]:
+    def placards(self) -> Names:
         """Names of the world's placards."""
         return self._displays.names("placard")
 
@@ -581,7 +581,7 @@ class Simulation(Roster):
         return self._task_runner.referee is not None and self._task_runner.over
 
     @property
-    def task_events(self) -> tuple[tuple[float, str, str], ...]:
+    def task_events(self) -> tuple[Event, ...]:
         """Messages of the referee so far: simulated time [s], text and level."""
         return self._task_runner.events
 

@@ -22,6 +22,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, quote
 from vrx_mj.model.kinds import STRICT, Vec3
+from vrx_mj.runtime.loop import FILLED, STRIDE
 from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.runtime.timing import sample_number, steps_to_time, stride_of
@@ -39,14 +40,13 @@ _PARTING_TIME = 1.0
 """Time without contact after which the next contact of a pair is a new touch [s]."""
 
 _Pair = tuple[str, str]
+_Forces = Mapping[_Pair, tuple[Vec3, Vec3]]
 _RATIO_TOLERANCE = 1e-9
 """Distance by which a ratio of rates may fall short of a whole number."""
 _ROUNDING_SHARE = 1e-3
 """Share of a step by which to stop too early rather than too late, where times are rounded."""
 _NEVER = 1 << 62
 """Number of steps to the next reading where there are no subscriptions and no watches."""
-STRIDE, COUNTDOWN, FILLED = 0, 1, 2
-"""Columns of the sampling table: steps per row, steps until the next row, rows in the buffer."""
 _BUFFER_BYTES = 1_000_000
 """Approximate size of a buffer [bytes]: larger blocks of memory are not reused, which takes four times as long."""
 _METHODS = ("rows", "state", "event")
@@ -96,7 +96,7 @@ class ContactSampler:
         """Steps from `time` [s] to the next sample."""
         return max(1, self._due - round(time / self._arrays().timestep))
 
-    def look(self, time: float, *, waiting: bool) -> Mapping[_Pair, tuple[Vec3, Vec3]] | None:
+    def look(self, time: float, *, waiting: bool) -> _Forces | None:
         """Forces of the last step and where they act by pairs, as `forces_of_pairs`; None if none is due at `time`.
 
         `waiting`: a touch is to be reported.
@@ -134,7 +134,7 @@ class ContactWatch:
         self._touches.clear()
         self._seen.clear()
 
-    def take(self, found: Mapping[_Pair, tuple[Vec3, Vec3]], time: float) -> None:
+    def take(self, found: _Forces, time: float) -> None:
         """Take a sample at `time` [s], and report the touches that are due."""
         for pair, (vector, point) in found.items():
             self._note(pair, vector, point, time)
@@ -174,7 +174,7 @@ class ContactWatch:
             self._callback(self._touches[pair])
 
 
-def forces_of_pairs(arrays: LoopArrays, boats: frozenset[str]) -> Mapping[_Pair, tuple[Vec3, Vec3]]:
+def forces_of_pairs(arrays: LoopArrays, boats: frozenset[str]) -> _Forces:
     """Contact forces [N] of the last step on boats by what they touch, and where they act [m, ENU], by their names.
 
     Two boats are one pair, in the order of their names: which of their geoms MuJoCo has first means nothing.
@@ -387,19 +387,18 @@ class Sampler:
         self.table = np.array([0, 0, 0], np.int64)
         self.buffer = np.zeros((0, columns))
         self._timestep = timestep
-        self._strides: dict[int, int] = {}
-        self._listeners: dict[int, Listener] = {}  # by identity: a listener need not have a hash
+        self._strides: dict[int, tuple[Listener, int]] = {}  # by identity: a listener need not have a hash
         self._rows = 0
 
     @property
     def listeners(self) -> tuple[Listener, ...]:
         """Listeners that are attached."""
-        return tuple(self._listeners.values())
+        return tuple(listener for listener, _ in self._strides.values())
 
     def add(self, listener: Listener, rate: float) -> None:
         """Sample `rate` rows per simulated second (at most one per step) for a listener."""
         self.drain()
-        self._listeners[id(listener)], self._strides[id(listener)] = listener, stride_of(rate, self._timestep)
+        self._strides[id(listener)] = listener, stride_of(rate, self._timestep)
         self._begin()
 
     def resize(self, columns: int) -> None:
@@ -410,7 +409,7 @@ class Sampler:
     def remove(self, listener: Listener) -> None:
         """Give it what is left, and stop sampling when nobody listens."""
         self.drain()
-        del self._listeners[id(listener)], self._strides[id(listener)]
+        del self._strides[id(listener)]
         self._begin()
 
     def check_free(self, what: str) -> None:
@@ -429,7 +428,7 @@ class Sampler:
         numbers = np.arange(self._rows, self._rows + filled) * self.table[STRIDE]
         self._rows += filled
         self.table[FILLED] = 0
-        for listener, stride in zip(self.listeners, tuple(self._strides.values()), strict=True):
+        for listener, stride in tuple(self._strides.values()):
             due = self.buffer[:filled][numbers % stride == 0]
             if len(due):
                 listener.rows(due)
@@ -438,7 +437,7 @@ class Sampler:
         """Sample at the finest common stride of those who listen now."""
         self._take(self.buffer.shape[1])
         self._rows = 0
-        self.table[:] = (math.gcd(*self._strides.values()), 0, 0)
+        self.table[:] = (math.gcd(*(stride for _, stride in self._strides.values())), 0, 0)
 
     def _take(self, columns: int) -> None:
         """Make an empty buffer."""

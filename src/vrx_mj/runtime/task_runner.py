@@ -23,6 +23,8 @@ from vrx_mj.tasks.referee import FrameLayout, Message, Referee, Verdict, frame_s
 
 _NEVER = 1 << 62
 """Number of steps to the next frame without a task, or after its end."""
+Event = tuple[float, str, str]
+"""Time [s], text and level of a line that the referee wrote."""
 TaskObservation = Mapping[str, Any]
 """Phase, times, score and outputs of a task, as a team sees them."""
 
@@ -35,7 +37,7 @@ class Notes:
     """Number of the step of the last frame."""
     sent: list[tuple[str, Any]]
     """Messages for the next frame: topic and content."""
-    lines: list[tuple[float, str, str]]
+    lines: list[Event]
     """Lines of the referee's log: time [s], text and level."""
 
 
@@ -75,7 +77,7 @@ class TaskRunner:
         """Begin anew."""
         self._seen = -1
         self._sent: list[Message] = []
-        self._record: list[tuple[float, str, str]] = []
+        self._record: list[Event] = []
         if self.referee:
             self.referee.restart()
 
@@ -130,7 +132,7 @@ class TaskRunner:
         }
 
     @property
-    def events(self) -> tuple[tuple[float, str, str], ...]:
+    def events(self) -> tuple[Event, ...]:
         """Lines of the referee's log so far: time [s], text and level."""
         return tuple(self._record)
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from vrx_mj.errors import CommandError
-from vrx_mj.runtime.subscriptions import COUNTDOWN, FILLED, STRIDE, Sampler
+from vrx_mj.runtime.loop import COUNTDOWN, FILLED, STRIDE
+from vrx_mj.runtime.subscriptions import Sampler
 
 
 class Recorder:

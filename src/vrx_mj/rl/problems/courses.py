@@ -3,10 +3,9 @@
 from typing import ClassVar
 
 import numpy as np
-import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
-from vrx_mj.rl.problem import Entry, Judged, Problem, Rows, Spot, Team, point, pose_error, turn_to, wrap_angle
+from vrx_mj.rl.problem import Entry, Facts, Judged, Problem, Rows, Spot, Team, point, pose_error, turn_to, wrap_angle
 
 _GOAL_DISTANCE = 10.0
 """Greatest distance of the pose to hold from the start [m]."""
@@ -33,6 +32,7 @@ class StationKeeping(Problem):
     duration = 60.0
     row_arrays = ("_goal", "_error", "_sum", "_steps")
     entries = (*point("goal", 10.0), *point("goal", 1.0), *turn_to("the goal's heading"))  # fmt: skip
+    drawn = ("goal",)
 
     def __init__(self, rows: Rows) -> None:
         super().__init__(rows)
@@ -64,15 +64,11 @@ class StationKeeping(Problem):
         self._steps += going
         return Judged(-0.1 * self._error, np.zeros_like(team.present))
 
-    def episode_facts(self) -> dict[str, npt.NDArray[np.generic]]:
-        """The goals, (n, 3): x, y [m] and heading [rad]."""
-        return {"goal": self._goal}
-
     def forfeit(self, left: IntArray) -> FloatArray:
         """The error that the boat has, and 10 m more, for all steps left."""
         return 0.1 * (self._error + _GOAL_DISTANCE) * left[:, None]
 
-    def facts(self) -> dict[str, npt.NDArray[np.generic]]:
+    def facts(self) -> Facts:
         """The errors."""
         return {"pose_error": self._error, "mean_pose_error": self._sum / np.maximum(self._steps, 1)[:, None]}
 
@@ -155,11 +151,11 @@ class Wayfinding(Course):
         self._error = self._now(team)
         return Judged(reward, self._at >= self.count)
 
-    def episode_facts(self) -> dict[str, npt.NDArray[np.generic]]:
+    def episode_facts(self) -> Facts:
         """The waypoints, (n, 3, 3): x, y [m] and heading [rad] of each."""
         return {"waypoints": self._points}
 
-    def facts(self) -> dict[str, npt.NDArray[np.generic]]:
+    def facts(self) -> Facts:
         """How many waypoints are reached, and how far the present one is."""
         return {"reached": self._at, "pose_error": self._error}
 
@@ -187,6 +183,7 @@ class FollowPath(Course):
         *point("middle of the next gate", 10.0),
         Entry("whether a gate follows the present one", 1.0),
     )  # fmt: skip
+    told = ("passed", "missed")
 
     def __init__(self, rows: Rows) -> None:
         super().__init__(rows)
@@ -236,13 +233,9 @@ class FollowPath(Course):
         self._gap, self._along, self._aside = self._measures(team)
         return Judged(reward, self._at >= self.count)
 
-    def episode_facts(self) -> dict[str, npt.NDArray[np.generic]]:
+    def episode_facts(self) -> Facts:
         """The gates, (n, 6, 3): x, y [m] of the middle and course [rad] of each."""
         return {"gates": self._points}
-
-    def facts(self) -> dict[str, npt.NDArray[np.generic]]:
-        """How many gates were passed, and how many missed."""
-        return {"passed": self._passed, "missed": self._missed}
 
     def _measures(self, team: Team) -> tuple[FloatArray, FloatArray, FloatArray]:
         """How far the boats are from the present gates' middles, along and to port of their courses [m]."""

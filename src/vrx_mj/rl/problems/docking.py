@@ -3,13 +3,12 @@
 import math
 
 import numpy as np
-import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.config.docks import MOUTH_GAP, Bay, find_bays
 from vrx_mj.model.things import Dock
 from vrx_mj.rl.options import PERIOD
-from vrx_mj.rl.problem import Entry, Judged, Problem, Rows, Spot, Team, open_water, point, turn_to, wrap_angle
+from vrx_mj.rl.problem import Entry, Facts, Judged, Problem, Rows, Spot, Team, open_water, point, turn_to, wrap_angle
 
 _START_DISTANCES = (8.0, 18.0)
 """Least and largest distance of the start from the bay's mouth [m]."""
@@ -95,12 +94,12 @@ class Docking(Problem):
         self._cost, self._held = cost, held
         return Judged(reward, docked)
 
-    def facts(self) -> dict[str, npt.NDArray[np.generic]]:
+    def facts(self) -> Facts:
         """Whether the boat is inside and has docked, and how fast it came."""
         docked = self._held >= round(_HOLD_TIME / PERIOD)
         return {"inside": self._inside, "docked": docked, "approach_speed": self._fastest}
 
-    def episode_facts(self) -> dict[str, npt.NDArray[np.generic]]:
+    def episode_facts(self) -> Facts:
         """The bays, (n, 3): x, y [m] of the middle of the zone and the heading into it [rad]."""
         return {"bay": self._goal[:, :3]}
 

@@ -11,10 +11,9 @@ meeting is used, as others have programmed it, for we could not read the paper. 
 """
 
 import numpy as np
-import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
-from vrx_mj.rl.problem import MIN_CLEARANCE, Entry, Judged, Problem, Rows, Spot, Team, point, wrap_angle
+from vrx_mj.rl.problem import MIN_CLEARANCE, Entry, Facts, Judged, Problem, Rows, Spot, Team, point, wrap_angle
 
 HEAD_ON, GIVE_WAY, STAND_ON, OVERTAKING, OVERTAKEN = range(5)
 ROLES = ("head-on", "gives way", "stands on", "overtaking", "overtaken")
@@ -147,6 +146,7 @@ class Encounter(Problem):
         Entry("whether this boat has to keep clear", 1.0), Entry("whether the boats have passed", 1.0),
     )  # fmt: skip
     boats = 2
+    told, drawn = ("role", "closest", "passed", "collided"), ("goals",)
 
     def __init__(self, rows: Rows) -> None:
         super().__init__(rows)
@@ -212,18 +212,13 @@ class Encounter(Problem):
         self._far = far
         return Judged(own, touched[:, None] | leaves)
 
-    def episode_facts(self) -> dict[str, npt.NDArray[np.generic]]:
-        """The goals, (n, 2, 2): x, y [m] of each boat's."""
-        return {"goals": self._goals}
-
     def forfeit(self, left: IntArray) -> FloatArray:
         """Beside the usual, being at fault for all steps left."""
         return super().forfeit(left) + 0.1 * left[:, None]
 
-    def facts(self) -> dict[str, npt.NDArray[np.generic]]:
+    def facts(self) -> Facts:
         """Roles of the boats, how near they came, and what that was worth."""
-        closest, passed, collided = self._closest, self._passed, self._collided
-        return {"role": self._role, "closest": closest, "passed": passed, "collided": collided, "score": self._scores()}
+        return super().facts() | {"score": self._scores()}
 
     def _faults(self, team: Team, gap: FloatArray, meet: BoolArray) -> FloatArray:
         """(n, 2), 0 to 1; none once they have passed. What the stand-on vessel departs is added up for its score."""

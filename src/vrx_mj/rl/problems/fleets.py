@@ -1,13 +1,13 @@
 """Problems of fleets: formation, places beside a leader that is only a point, and rendezvous, to meet at one of two."""
 
 import numpy as np
-import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.control.formation import slots
 from vrx_mj.rl.options import PERIOD
 from vrx_mj.rl.problem import (
     Entry,
+    Facts,
     Judged,
     Problem,
     Rows,
@@ -68,6 +68,7 @@ class Formation(Problem):
         *turn_to("the leader's course"),
     )  # fmt: skip
     boats, fixed = 4, False
+    told, drawn = ("off",), ("leader", "leader_speed", "slots")
 
     def __init__(self, rows: Rows) -> None:
         super().__init__(rows)
@@ -75,26 +76,23 @@ class Formation(Problem):
         self._shapes = np.array([slots(shape, boats, _SPACING) for shape in _SHAPES]).reshape(len(_SHAPES), boats, 2)
         self._slots = np.zeros((n, boats, 2))
         self._leader = np.zeros((n, 3))
-        self._speed, self._bend, self._phase, self._time = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
+        self._leader_speed, self._bend, self._phase, self._time = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
         self._off = np.zeros((n, boats))
 
     def start(self, row: int, random: np.random.Generator) -> list[Spot]:
         """A shape and a leader, and the boats near their places."""
         self._slots[row] = self._shapes[random.integers(len(_SHAPES))]
         self._leader[row] = 0.0, 0.0, random.uniform(-np.pi, np.pi)
-        self._speed[row], self._bend[row] = random.uniform(*_LEADER_SPEEDS), random.uniform(0.0, _MAX_YAW_RATE)
+        self._leader_speed[row], self._bend[row] = random.uniform(*_LEADER_SPEEDS), random.uniform(0.0, _MAX_YAW_RATE)
         self._phase[row], self._time[row] = random.uniform(-np.pi, np.pi), 0.0
         return [self.entrance(row, boat, random) for boat in range(self.size)]
 
     def entrance(self, row: int, boat: int, random: np.random.Generator) -> Spot:
         """Near its place, where that is by now."""
         x, y = (float(part[0, boat]) for part in self._places(slice(row, row + 1))[:2])
-        dx, dy = (
-            random.uniform(-_MAX_START_OFFSET, _MAX_START_OFFSET),
-            random.uniform(-_MAX_START_OFFSET, _MAX_START_OFFSET),
-        )
+        dx, dy = random.uniform(-_MAX_START_OFFSET, _MAX_START_OFFSET, 2).tolist()
         heading = float(self._leader[row, 2]) + random.uniform(-_MAX_START_ANGLE, _MAX_START_ANGLE)
-        return x + dx, y + dy, heading, float(self._speed[row])
+        return x + dx, y + dy, heading, float(self._leader_speed[row])
 
     def begin(self, who: BoolArray, team: Team) -> None:
         """How far the boats are off their places."""
@@ -113,17 +111,9 @@ class Formation(Problem):
         own = np.where(team.present, -0.1 * self._off - boats_too_near(team), 0.0)
         return Judged(own, np.zeros_like(team.present))
 
-    def episode_facts(self) -> dict[str, npt.NDArray[np.generic]]:
-        """The leaders, (n, 3), their speeds, (n,), and the places beside them, (n, boats, 2)."""
-        return {"leader": self._leader, "leader_speed": self._speed, "slots": self._slots}
-
     def forfeit(self, left: IntArray) -> FloatArray:
         """What it is off, 10 m more, and having another too near, for all steps left."""
         return (1.0 + 0.1 * (self._off + _LOSS_DISTANCE)) * left[:, None]
-
-    def facts(self) -> dict[str, npt.NDArray[np.generic]]:
-        """How far the boats are off their places."""
-        return {"off": self._off}
 
     def _rate(self) -> FloatArray:
         """The leaders' yaw rates (n,) [rad/s]."""
@@ -132,7 +122,7 @@ class Formation(Problem):
     def _go_on(self, going: BoolArray) -> None:
         self._time += np.where(going, PERIOD, 0.0)
         self._leader[:, 2] += np.where(going, PERIOD * self._rate(), 0.0)
-        way = np.where(going, PERIOD * self._speed, 0.0)
+        way = np.where(going, PERIOD * self._leader_speed, 0.0)
         self._leader[:, 0] += way * np.cos(self._leader[:, 2])
         self._leader[:, 1] += way * np.sin(self._leader[:, 2])
 
@@ -142,7 +132,7 @@ class Formation(Problem):
         ahead, left = np.moveaxis(self._slots[rows], -1, 0)
         cos, sin = np.cos(course), np.sin(course)
         dx, dy = cos * ahead - sin * left, sin * ahead + cos * left
-        speed, rate = self._speed[rows, None], self._rate()[rows, None]
+        speed, rate = self._leader_speed[rows, None], self._rate()[rows, None]
         return x + dx, y + dy, speed * cos - rate * dy, speed * sin + rate * dx
 
     def _now(self, team: Team) -> FloatArray:
@@ -170,6 +160,7 @@ class Rendezvous(Problem):
         *point("second place", 10.0),
     )  # fmt: skip
     boats, fixed = 4, False
+    drawn = ("places", "drift")
 
     def __init__(self, rows: Rows) -> None:
         super().__init__(rows)
@@ -219,15 +210,11 @@ class Rendezvous(Problem):
         shared = team_gain - _NEARNESS_COST * mean_of(near.astype(np.float64), present) + 10.0 * met
         return Judged(np.where(present, own, 0.0), met[:, None] & present, shared)
 
-    def episode_facts(self) -> dict[str, npt.NDArray[np.generic]]:
-        """The places, (n, 2, 2), and their velocities, (n, 2, 2)."""
-        return {"places": self._places, "drift": self._drift}
-
     def forfeit(self, left: IntArray) -> FloatArray:
         """Beside the usual, having another boat too near for all steps left."""
         return super().forfeit(left) + _NEARNESS_COST * left[:, None]
 
-    def facts(self) -> dict[str, npt.NDArray[np.generic]]:
+    def facts(self) -> Facts:
         """How far the boats are from the place, and whether they have met."""
         return {"distance": self._distance, "met": self._held >= round(_HOLD_TIME / PERIOD)}
 

@@ -1,10 +1,9 @@
 """Score: a world's own task, as its referee scores it."""
 
 import numpy as np
-import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
-from vrx_mj.rl.problem import Entry, Judged, Problem, RefereedRow, Spot, Team
+from vrx_mj.rl.problem import Entry, Facts, Judged, Problem, RefereedRow, Spot, Team
 from vrx_mj.runtime.task_runner import TaskObservation
 from vrx_mj.tasks import TASK_KINDS
 
@@ -88,7 +87,7 @@ class Score(Problem):
         """What the scored boat forfeits, more than most tasks pay."""
         return np.where(np.arange(self.size) == self.anchor, _LOSS, 0.0)[None] * (left > 0)[:, None]
 
-    def facts(self) -> dict[str, npt.NDArray[np.generic]]:
+    def facts(self) -> Facts:
         """The score and the other outputs of the task."""
         task = self._task
         outputs = np.empty(1, object)

@@ -55,7 +55,7 @@ def test_boats_are_too_near_within_six_metres_if_both_are_there():
 
 
 def test_a_formation_loses_by_what_each_is_off():
-    problem, _ = begun(Formation, 3, _leader=np.zeros((1, 3)), _speed=np.ones(1), _bend=np.zeros(1))
+    problem, _ = begun(Formation, 3, _leader=np.zeros((1, 3)), _leader_speed=np.ones(1), _bend=np.zeros(1))
     places = problem._slots[0] + (0.1, 0.0)  # after a step the leader is 0.1 m ahead
     spots = [(x + off, y, 0, 1) for (x, y), off in zip(places, (0, 2, -3), strict=True)]
     judged = problem.judge(team(spots), GOING)
@@ -69,7 +69,7 @@ def test_a_formation_loses_by_what_each_is_off():
 
 
 def test_who_is_too_near_loses_one():
-    problem, _ = begun(Formation, 2, _leader=np.zeros((1, 3)), _speed=np.zeros(1), _bend=np.zeros(1))
+    problem, _ = begun(Formation, 2, _leader=np.zeros((1, 3)), _leader_speed=np.zeros(1), _bend=np.zeros(1))
     place = (*problem._slots[0, 0], 0, 0)
     judged = problem.judge(team([place, place]), GOING)
     assert judged.own[0, 0] == pytest.approx(-1)
