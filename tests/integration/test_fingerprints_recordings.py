@@ -142,7 +142,7 @@ def test_so_do_made_up_ones(boats, tmp_path):
 
 def test_so_do_ones_of_joints_and_boats_that_come_and_go_closed_or_killed(tmp_path, monkeypatch):
     monkeypatch.setattr("vrx_mj.recording.parts.FLUSH", 0.0)
-    monkeypatch.setattr("vrx_mj.runtime.live_world._DRAIN_PERIOD", math.inf)
+    monkeypatch.setattr("vrx_mj.runtime.running_world._DRAIN_PERIOD", math.inf)
     things = {"raft": (RAFT, (0, 0, 0, 0, 0, 0)), "arm": (PENDULUM, (6, 0, 0, 0, 0.3, 0))}
     sim, path, killed = simulation_of(tmp_path, sea=WINDY["sea"], **things), tmp_path / "run.rrd", tmp_path / "cut.rrd"
     with vrx_mj.record(sim, path) as writer:

@@ -53,7 +53,7 @@ class Run:
 
 
 def test_boats_that_touch_come_and_go_do_as_before(monkeypatch):
-    monkeypatch.setattr("vrx_mj.runtime.live_world._DRAIN_PERIOD", math.inf)  # of wall time
+    monkeypatch.setattr("vrx_mj.runtime.running_world._DRAIN_PERIOD", math.inf)  # of wall time
     sim = vrx_mj.Simulation(world_of("pond"), seed=4)
     run = Run("pond", sim)
     run.look()

@@ -23,7 +23,7 @@ from vrx_mj.campaign.scores import (
     compare,
     dependence,
     failure_classes,
-    grouped,
+    group_by,
     leaderboard,
     mean_of,
     remarkable_trials,
@@ -32,7 +32,7 @@ from vrx_mj.campaign.scores import (
     tasks_of_worlds,
 )
 from vrx_mj.draw.chart import Chart, Series, chart_svg, page_environment
-from vrx_mj.draw.course import Bay, Course, ground_of, map_of, nice_length, object_color, rounded
+from vrx_mj.draw.course import Bay, Course, ground_of, map_of, nice_length, object_color, to_centimetres
 from vrx_mj.draw.style import boat_color, hex_color
 from vrx_mj.mjcf.world import World
 
@@ -201,7 +201,8 @@ def _laid_out(course: Course) -> _Values:
         "gates": [{"left": list(gate.left), "right": list(gate.right), "yaw": gate.yaw} for gate in course.gates],
         "bays": [_bay(bay) for bay in course.bays],
         "paths": [
-            rounded([path.start, *path.points, *(path.points[:1] if path.closed else ())]) for path in course.paths
+            to_centimetres([path.start, *path.points, *(path.points[:1] if path.closed else ())])
+            for path in course.paths
         ],
         "circles": [_circle(*row) for row in animals + beacons if row[2] > 0.0],
         "beacons": [[item.x, item.y] for item in course.beacons],
@@ -210,7 +211,7 @@ def _laid_out(course: Course) -> _Values:
 
 def _bay(bay: Bay) -> _Values:
     title = f"{bay.name}: {bay.symbol or 'no symbol'}".replace("_", " ")
-    return {"corners": rounded(bay.internal[:, :2]), "allowed": bay.right, "title": title}
+    return {"corners": to_centimetres(bay.internal[:, :2]), "allowed": bay.right, "title": title}
 
 
 def _circle(x: float, y: float, radius: float, title: str) -> _Values:
@@ -266,7 +267,7 @@ def _is_detailed(campaign: Campaign) -> bool:
 def _rows(campaign: Campaign) -> Iterator[_Row]:
     """Rows of the table of scores: each controller in each world, with its cells by seed where they are few."""
     plan, tasks = campaign.manifest.plan, tasks_of_worlds(campaign.results.values())
-    groups = grouped(campaign.results.values(), lambda result: (result.cell.world, result.cell.controller))
+    groups = group_by(campaign.results.values(), lambda result: (result.cell.world, result.cell.controller))
     seeds = plan.seeds if _is_detailed(campaign) else ()
     for number, world in enumerate(plan.worlds):
         task = tasks.get(world)
@@ -288,7 +289,7 @@ def _rows(campaign: Campaign) -> Iterator[_Row]:
 def _charts(campaign: Campaign) -> Iterator[Markup]:
     """Scores over each quantity that was varied, a chart for each type of task."""
     plan, results = campaign.manifest.plan, campaign.results.values()
-    groups = grouped(results, lambda result: (result.cell.controller, (result.task or {}).get("type")))
+    groups = group_by(results, lambda result: (result.cell.controller, (result.task or {}).get("type")))
     for quantity in plan.vary:
         for kind, task in task_types(results).items():
             found = [dependence(groups.get((who, kind), []), quantity, who) for who in plan.controllers]
@@ -353,7 +354,7 @@ def _color(score: float, scores: Sequence[float], better: str) -> str:
 
 def _maps(campaign: Campaign, sketches: Mapping[str, _Row]) -> Iterator[_Row]:
     plan, tasks = campaign.manifest.plan, tasks_of_worlds(campaign.results.values())
-    groups, detailed = grouped(campaign.results.values(), lambda result: result.cell.world), _is_detailed(campaign)
+    groups, detailed = group_by(campaign.results.values(), lambda result: result.cell.world), _is_detailed(campaign)
     left = _MAX_MAPS_SIZE
     for number, world in enumerate(plan.worlds):
         if world not in sketches or left < 0:
@@ -378,7 +379,7 @@ def _with_tracks(campaign: Campaign) -> Campaign:
     """The campaign with the tracks that the maps show: of each world some trials from the best to the worst."""
     most = max(3, min(_MAX_TRACKS, _MAX_MAPS_SIZE // 500 // len(campaign.manifest.plan.worlds)))
     chosen = []
-    for own in grouped(campaign.results.values(), lambda result: result.cell.world).values():
+    for own in group_by(campaign.results.values(), lambda result: result.cell.world).values():
         order = sorted(own, key=lambda result: (result.has_failed, result.score or 0.0))
         chosen += [order[k].cell for k in np.linspace(0, len(order) - 1, min(most, len(order)), dtype=int)]
     with ResultStore(campaign.folder) as store:

@@ -105,7 +105,7 @@ class Plan(_TrialOptions):
     def trial(self, cell: Cell) -> Trial:
         """The trial of a cell."""
         options = {option.name: getattr(self, option.name) for option in fields(_TrialOptions)}
-        drawn = {quantity.name: quantity.drawn(cell.seed) for quantity in self.vary}
+        drawn = {quantity.name: quantity.value(cell.seed) for quantity in self.vary}
         return Trial(cell, parameters=drawn, **options)
 
     @property

@@ -30,7 +30,7 @@ from pathlib import Path
 import numpy as np
 
 from vrx_mj.campaign.plan import State, Trial
-from vrx_mj.campaign.program import MAX_ENDING_TIME, adopt_orphans, signal_name
+from vrx_mj.campaign.program import MAX_ENDING_TIME, become_subreaper, signal_name
 from vrx_mj.campaign.results import ALLOWED, END, GROUP, LOG, REACHED, TIME_UP, WHAT, Result, Stopwatch
 from vrx_mj.campaign.trial import COMPILE_TIMEOUT, sail, sail_rows
 from vrx_mj.outputs import check_inside
@@ -261,7 +261,7 @@ def _sail_here(
     if hasattr(os, "setsid"):
         os.setsid()
     die_with_parent()
-    adopt_orphans()
+    become_subreaper()
     if TIME_UP is not None:
         faulthandler.register(TIME_UP, 2, chain=True)  # which ends it
     stopwatch, before = Stopwatch(shared), ProcessState()

@@ -132,7 +132,7 @@ def signal_name(number: int) -> str:
     return signal.Signals(number).name if number in set(signal.Signals) else f"signal {number}"
 
 
-def adopt_orphans() -> None:
+def become_subreaper() -> None:
     """Become the parent of what programs of this process leave behind, so that it can be ended; only Linux can."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_SET_CHILD_SUBREAPER, 1, 0, 0, 0)

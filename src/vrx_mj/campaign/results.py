@@ -124,7 +124,7 @@ class ResultStore(AbstractContextManager["ResultStore"]):
         """
         self._file, self._writes = folder / DATABASE, writes
         is_new = writes and not _is_begun(self._file)
-        with self._translated():
+        with self._one_line_errors():
             mode = "rwc" if writes else "rw"
             self._base = sqlite3.connect(f"{self._file.absolute().as_uri()}?mode={mode}", timeout=60.0, uri=True)
             if is_new:
@@ -137,7 +137,7 @@ class ResultStore(AbstractContextManager["ResultStore"]):
                 "it, or --restart"
             )
         if writes:
-            with self._translated():
+            with self._one_line_errors():
                 self._base.execute("pragma journal_mode = wal")  # readers do not wait
                 self._base.execute("pragma synchronous = normal")  # a power cut may take the last rows, not the file
 
@@ -158,27 +158,27 @@ class ResultStore(AbstractContextManager["ResultStore"]):
             (*vars(result.cell).values(), json.dumps(result.tracks), json.dumps((result.task or {}).get("events")))
             for result in results
         ]
-        with self._translated(), self._base:
+        with self._one_line_errors(), self._base:
             self._base.executemany(f"replace into trials values ({', '.join('?' * len(_COLUMNS))})", rows)
             self._base.executemany("replace into details values (?, ?, ?, ?, ?)", details)
 
     def results(self) -> Iterator[Result]:
         """All results, without their tracks and the events of their tasks."""
-        with self._translated():
+        with self._one_line_errors():
             for row in self._base.execute(f"select {', '.join(_COLUMNS)} from trials"):
                 yield _result(dict(zip(_COLUMNS, row, strict=True)))
 
     def tracks(self, cells: Iterable[Cell]) -> dict[Cell, Mapping[str, list[list[float]]]]:
         """Tracks of the boats of these cells, as far as they have a result."""
         query, found = "select tracks from details where controller = ? and world = ? and seed = ?", {}
-        with self._translated():
+        with self._one_line_errors():
             for cell in cells:
                 for (text,) in self._base.execute(query, (cell.controller, cell.world, cell.seed)):
                     found[cell] = json.loads(text)
         return found
 
     @contextmanager
-    def _translated(self) -> Iterator[None]:
+    def _one_line_errors(self) -> Iterator[None]:
         """Have errors of the database be one line."""
         try:
             yield

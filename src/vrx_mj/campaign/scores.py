@@ -317,7 +317,7 @@ def mean_of(results: Iterable[Result]) -> Mean:
     )
 
 
-def grouped(results: Iterable[Result], key: Callable[[Result], _Key]) -> dict[_Key, list[Result]]:
+def group_by(results: Iterable[Result], key: Callable[[Result], _Key]) -> dict[_Key, list[Result]]:
     """Results by what a function says of each."""
     groups: dict[_Key, list[Result]] = defaultdict(list)
     for result in results:
@@ -328,7 +328,7 @@ def grouped(results: Iterable[Result], key: Callable[[Result], _Key]) -> dict[_K
 def seedless_worlds(results: Iterable[Result]) -> list[str]:
     """Worlds in which each controller's boats moved alike, to the last bit, with all of several seeds."""
     worlds: dict[str, bool] = {}
-    for (world, _), own in grouped(results, lambda result: (result.cell.world, result.cell.controller)).items():
+    for (world, _), own in group_by(results, lambda result: (result.cell.world, result.cell.controller)).items():
         runs = {(one.has_failed, one.score, one.sim_time, one.poses_sha256) for one in own}
         alike = len(own) > 1 and len(runs) == 1 and not own[0].has_failed
         worlds[world] = alike and worlds.get(world, True)
@@ -342,7 +342,7 @@ def failure_kind(result: Result) -> tuple[str, str]:
 
 def failure_classes(results: Iterable[Result]) -> list[list[Result]]:
     """Trials that failed or were lost with the same message but for its numbers, the most frequent first."""
-    found = grouped((result for result in results if result.has_failed), failure_kind)
+    found = group_by((result for result in results if result.has_failed), failure_kind)
     return sorted(found.values(), key=len, reverse=True)
 
 
@@ -353,7 +353,7 @@ def remarkable_trials(results: Iterable[Result]) -> list[tuple[str, Result]]:
     """
     scored = [result for result in results if result.score is not None]
     places: list[tuple[float, Result]] = []
-    for own in grouped(scored, lambda result: result.cell.world).values():
+    for own in group_by(scored, lambda result: result.cell.world).values():
         scores = np.array([result.score for result in own])
         low, middle, high = np.quantile(scores, (0.25, 0.5, 0.75))
         sign = 1.0 if (own[0].task or {})["better"] == "lower" else -1.0
@@ -390,7 +390,7 @@ def dependence(results: Sequence[Result], quantity: Quantity, controller: str) -
     x = np.array([result.parameters[quantity.name] for result in own])
     scores = [float(result.score or 0.0) for result in own]
     width = (quantity.high - quantity.low) / _BINS
-    bins = grouped(own, lambda result: min(int((result.parameters[quantity.name] - quantity.low) / width), _BINS - 1))
+    bins = group_by(own, lambda result: min(int((result.parameters[quantity.name] - quantity.low) / width), _BINS - 1))
     order = sorted(bins)
     varied = len({*x.tolist()}) > 1 and len({*scores}) > 1
     return Dependence(
@@ -424,7 +424,7 @@ def leaderboard(results: Sequence[Result], controllers: Sequence[str]) -> list[L
     That is how VRX ranks teams. Within a task, fewer trials without a score come first and then the better mean score.
     """
     worlds, kinds = tasks_of_worlds(results), task_types(results)
-    groups = grouped(results, lambda one: (one.cell.controller, worlds.get(one.cell.world, {}).get("type")))
+    groups = group_by(results, lambda one: (one.cell.controller, worlds.get(one.cell.world, {}).get("type")))
     means = {who: {kind: mean_of(groups.get((who, kind), ())) for kind in kinds} for who in controllers}
     ranks = {kind: _ranks({who: means[who][kind] for who in controllers}, kinds[kind]["better"]) for kind in kinds}
     lines = []

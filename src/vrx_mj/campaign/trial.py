@@ -112,7 +112,7 @@ def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, warm: Simulation | No
         sim = warm
         with _recording(sim, folder / _RECORDING if trial.record else None):
             summary = _summary(trial, sim, folder, tracks, stopwatch)
-        return _ended(trial, summary, tracks, world_sha256=base.sha256, qpos=sim.data.qpos)
+        return _result_of(trial, summary, tracks, world_sha256=base.sha256, qpos=sim.data.qpos)
     except Exception as error:
         state = "lost" if _is_the_machines(error) else "failed"
         times = {"sim_time": sim.time if sim else 0.0, "wall_time": time.perf_counter() - begun}
@@ -205,7 +205,7 @@ def _recording(sim: Simulation, file: Path | None) -> AbstractContextManager[obj
     return record(sim, file)
 
 
-def _ended(trial: Trial, summary: Summary, tracks: Tracks, *, world_sha256: str, qpos: FloatArray) -> Result:
+def _result_of(trial: Trial, summary: Summary, tracks: Tracks, *, world_sha256: str, qpos: FloatArray) -> Result:
     """The result of a run."""
     task = asdict(summary.task) if summary.task else None
     if task is not None and not math.isfinite(task["score"] or 0.0):

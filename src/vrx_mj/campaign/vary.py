@@ -33,7 +33,7 @@ class Quantity:
     def __str__(self) -> str:
         return f"{self.name}={self.low:g}..{self.high:g}"
 
-    def drawn(self, seed: int) -> float:
+    def value(self, seed: int) -> float:
         """Value in the trials of a seed: neither the number of trials nor other quantities change it."""
         return self.low + (self.high - self.low) * uniform(np.uint64(stream_key(seed, "vary", self.name)), 0)
 

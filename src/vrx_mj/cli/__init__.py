@@ -46,7 +46,7 @@ def main() -> None:
     except Exception as error:
         if _is_interrupt(error):
             raise SystemExit(130) from None
-        line = intruder(error)
+        line = shadowed_package(error)
         if line is None:
             raise
         sys.stderr.write(f"{line}\n")
@@ -71,7 +71,7 @@ def installed_first() -> None:
     sys.path.sort(key=lambda entry: Path(entry).resolve() in named)
 
 
-def intruder(error: BaseException) -> str | None:
+def shadowed_package(error: BaseException) -> str | None:
     """The message where a package from PYTHONPATH failed in the place of one we need; else None.
 
     After `installed_first` that happens only to a package that is not installed here.

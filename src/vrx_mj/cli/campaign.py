@@ -262,11 +262,11 @@ def print_tables(campaign: "Campaign", comparison: "Comparison | None") -> None:
 
 
 def _print_scores(campaign: "Campaign") -> None:
-    from vrx_mj.campaign.scores import grouped, mean_of, tasks_of_worlds
+    from vrx_mj.campaign.scores import group_by, mean_of, tasks_of_worlds
 
     plan, results = campaign.manifest.plan, campaign.results.values()
     tasks, rows = tasks_of_worlds(results), []
-    groups = grouped(results, lambda result: (result.cell.world, result.cell.controller))
+    groups = group_by(results, lambda result: (result.cell.world, result.cell.controller))
     for world in plan.worlds:
         task, cells = tasks.get(world), []
         for controller in plan.controllers:

@@ -388,10 +388,10 @@ class DockPlacement(Placed):
 
     def _faults(self) -> Faults:
         with contextlib.suppress(VrxError):  # what is wrong with the drawing is reported with it
-            yield from _berth_faults(self)
+            yield from _geometry_faults(self)
 
 
-class Berth(NamedTuple):
+class BayVolume(NamedTuple):
     """A bay of a dock, in the dock's frame [m]."""
 
     name: str
@@ -401,20 +401,20 @@ class Berth(NamedTuple):
     """Name of its placard."""
 
 
-class Berths(NamedTuple):
+class DockGeometry(NamedTuple):
     """All that a task wants to know of a dock."""
 
-    bays: tuple[Berth, ...]
+    bays: tuple[BayVolume, ...]
     placards: tuple[PlacardConfig, ...]
     holes: tuple[HoleConfig, ...]
 
 
-def berths(dock: DockPlacement) -> Berths:
-    """Bays, placards and holes of a dock; `_berth_faults` has found nothing."""
+def dock_geometry(dock: DockPlacement) -> DockGeometry:
+    """Bays, placards and holes of a dock; `_geometry_faults` has found nothing."""
     found = find_bays(dock.cells)
     placards = _placards(dock, found)
     bays = [
-        Berth(
+        BayVolume(
             bay.name or f"bay{number}",
             bay.internal or found[number - 1].zones(dock.block)[0],
             bay.external or found[number - 1].zones(dock.block)[1],
@@ -423,10 +423,10 @@ def berths(dock: DockPlacement) -> Berths:
         for number, bay in enumerate(dock.bays if dock.bays is not None else [BayConfig()] * len(found), 1)
     ]
     holes = chain.from_iterable(board_holes(number, placard) for number, placard in placards.items())
-    return Berths(tuple(bays), tuple(placards.values()), dock.holes if dock.holes is not None else tuple(holes))
+    return DockGeometry(tuple(bays), tuple(placards.values()), dock.holes if dock.holes is not None else tuple(holes))
 
 
-def _berth_faults(dock: DockPlacement) -> Faults:
+def _geometry_faults(dock: DockPlacement) -> Faults:
     """Mistakes in a dock, as (path from the dock, message)."""
     found = find_bays(dock.cells)
     yield from list(_bay_faults(dock, len(found))) or _placard_faults(dock, found)

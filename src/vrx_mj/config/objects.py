@@ -12,7 +12,7 @@ from pydantic import Field, field_validator
 from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.config.base import Config, Fault, Faults, InFolder, Only, duplicate_names, exclusive
-from vrx_mj.config.docks import DockPlacement, LightConfig, Placed, Symbol, berths
+from vrx_mj.config.docks import DockPlacement, LightConfig, Placed, Symbol, dock_geometry
 from vrx_mj.config.loading import Loading, document, loads, referenced_file, validate
 from vrx_mj.config.search import display, kind_name
 from vrx_mj.config.shapes import BuoyancyConfig, Shape, Visual
@@ -383,7 +383,7 @@ def _misfits(item: Placement, model: ObjectConfig) -> Faults:
     """A path, symbols or a rope that an object model has no use for."""
     if item.path and model.kind != "floating":
         yield ("path",), f"'{item.model}' does not float, so it cannot follow a path"
-    count = sum(len(berths(dock).placards) for dock in model.docks) if item.symbols else 0
+    count = sum(len(dock_geometry(dock).placards) for dock in model.docks) if item.symbols else 0
     if len(item.symbols) > count:
         yield ("symbols",), f"{len(item.symbols)} symbols; '{item.model}' has {count} placard{'s' * (count != 1)}"
     if item.mooring and not _drifts(item):

@@ -194,7 +194,7 @@ class Listener(Skipper):
         """Forget all sounds."""
         self._count = -1
 
-    def sound(self, now: Moment) -> SoundBearing | None:
+    def newest_sound(self, now: Moment) -> SoundBearing | None:
         """The newest sound, or None if there is none since the last call."""
         name = sensor_named(now.boat, "pinger") or sensor_named(now.boat, "receiver")
         if name is None:
@@ -220,7 +220,7 @@ class BeaconSeeker(Listener):
 
     def listen(self, now: Moment) -> None:
         """Add a sound to the estimate, also before the boat is released."""
-        sound = self.sound(now)
+        sound = self.newest_sound(now)
         if sound is not None:
             self._beacon.update(sound)
 
@@ -249,7 +249,7 @@ class BeaconFollower(Listener):
         """Add a sound to the estimate once the task runs; before, the beacon is elsewhere."""
         if now.task.get("state", "running") != "running":
             return
-        sound = self.sound(now)
+        sound = self.newest_sound(now)
         if sound is not None:
             self._beacon.update(sound, now.t)
         self._lookout.look(now, colors=False)

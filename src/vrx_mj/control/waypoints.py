@@ -47,7 +47,7 @@ _MAX_CRAB_ANGLE = math.radians(50.0)
 """Largest angle by which the bow points into the circle [rad]."""
 
 
-class Berth:
+class PoseHold:
     """How to come to a pose and hold it: bow first from afar, then with the heading wanted."""
 
     def __init__(self) -> None:
@@ -71,7 +71,7 @@ class StationKeeper(Skipper):
 
     def begin(self) -> None:
         """Forget the goal, at the start of a run."""
-        self._berth = Berth()
+        self._pose_hold = PoseHold()
         self._goal: tuple[Point, float] | None = None
 
     def steer(self, now: Moment) -> Commands:
@@ -82,7 +82,7 @@ class StationKeeper(Skipper):
         elif self._goal is None:
             self._goal = now.seen.place, now.seen.heading
         place, heading = self._goal
-        return self._berth.hold(self.pilot, now, place, wrap_angle(heading))
+        return self._pose_hold.hold(self.pilot, now, place, wrap_angle(heading))
 
 
 def waypoint_error(seen: Estimate, place: Point, heading: float) -> float:
@@ -95,13 +95,13 @@ class WaypointFollower(Skipper):
     """Visits all waypoints on the shortest way and stops at each, since the least error at each is scored.
 
     A waypoint is finished when the error is below `_GOOD_ERROR`, or after `_WAYPOINT_TIME`. The remaining time is used
-    for those with the largest errors. The approach is that of `Berth`: bow first, then the heading; braking limits the
-    speed.
+    for those with the largest errors. The approach is that of `PoseHold`: bow first, then the heading; braking limits
+    the speed.
     """
 
     def begin(self) -> None:
         """Forget the waypoints, at the start of a run."""
-        self._berth = Berth()
+        self._pose_hold = PoseHold()
         self._poses: list[tuple[Point, float]] = []
         self._least: list[float] = []
         self._order: list[int] = []
@@ -115,7 +115,7 @@ class WaypointFollower(Skipper):
             return {}
         if now.task.get("state") == "running":
             self._look(now.seen, now.t)
-        return self._berth.hold(self.pilot, now, *self._poses[self._order[0]])
+        return self._pose_hold.hold(self.pilot, now, *self._poses[self._order[0]])
 
     def _plan(self, seen: Estimate, task: "TaskObservation") -> None:
         waypoints = task.get("waypoints", ())
@@ -144,7 +144,7 @@ class WaypointFollower(Skipper):
         else:
             worst = max(range(len(self._poses)), key=lambda number: self._least[number])
             self._order = [worst if self._least[worst] > _FAIR_ERROR else here]
-        self._since, self._berth = math.inf, Berth()
+        self._since, self._pose_hold = math.inf, PoseHold()
 
 
 class WildlifeCircler(Skipper):

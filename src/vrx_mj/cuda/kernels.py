@@ -105,13 +105,13 @@ def launcher(function: Callable[..., None], threads: int, waves: int, stream: St
     with warnings.catch_warnings():  # a few rows leave most of a processor idle
         warnings.simplefilter("ignore")
         registers = None if waves <= _FEW_WAVES else _MAX_REGISTERS
-        kernel = cuda.jit(function) if SIMULATED else _compiled(function, registers)
+        kernel = cuda.jit(function) if SIMULATED else _compile(function, registers)
         found: Callable[..., None] = kernel[(threads + _BLOCK_SIZE - 1) // _BLOCK_SIZE, _BLOCK_SIZE, stream]
     return found
 
 
 @cache
-def _compiled(function: Callable[..., None], registers: int | None) -> Any:
+def _compile(function: Callable[..., None], registers: int | None) -> Any:
     folder, before = cache_folder(), config.CACHE_DIR
     if folder:
         config.CACHE_DIR = str(folder / f"cuda{registers or ''}-{numba_cuda.__version__}")

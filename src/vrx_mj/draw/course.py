@@ -420,11 +420,12 @@ def object_color(item: MapObject) -> str:
 def ground_of(scene: MapScene) -> dict[str, object]:
     """The shore and the docks for JSON."""
     docks = [
-        {"name": dock.name, "cells": rounded(dock.cells), "yaw": dock.yaw, "cell": dock.block} for dock in scene.docks
+        {"name": dock.name, "cells": to_centimetres(dock.cells), "yaw": dock.yaw, "cell": dock.block}
+        for dock in scene.docks
     ]
-    return {"shore": [rounded(ring) for ring in scene.shore], "docks": docks}
+    return {"shore": [to_centimetres(ring) for ring in scene.shore], "docks": docks}
 
 
-def rounded(points: Iterable[Sequence[float]] | FloatArray) -> list[list[float]]:
+def to_centimetres(points: Iterable[Sequence[float]] | FloatArray) -> list[list[float]]:
     """Points [m] to a centimetre."""
     return [[round(float(x), 2), round(float(y), 2)] for x, y in points]

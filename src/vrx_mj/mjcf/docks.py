@@ -177,8 +177,8 @@ _Row = dict[str, Any]
 def dock_piece(dock: PlacedDock) -> Piece:
     """A dock with its placards. Its names are whole, as placards have those of their object."""
     cells, edge = dock.cells, dock.config.block
-    boards = [_board(dock, item) for item in dock.berths.placards]
-    needed = list(dict.fromkeys(mesh for item in dock.berths.placards for mesh in _meshes(item)))
+    boards = [_board(dock, item) for item in dock.geometry.placards]
+    needed = list(dict.fromkeys(mesh for item in dock.geometry.placards for mesh in _meshes(item)))
     values: _Row = {"name": dock.name, "block": edge, "height": _BLOCK_HEIGHT, "meshes": needed}
     if dock.config.dynamic:
         tree = block_tree(cells)
@@ -199,7 +199,7 @@ def dock_piece(dock: PlacedDock) -> Piece:
 
 def dock_entry(dock: PlacedDock) -> Dock:
     """The record of a dock; `bodies` are those that move on their own, the root first."""
-    placards = [f"{dock.parent}/{item.name}/link" for item in dock.berths.placards]
+    placards = [f"{dock.parent}/{item.name}/link" for item in dock.geometry.placards]
     bodies = _bodies(dock, block_tree(dock.cells)) if dock.config.dynamic else [f"{dock.name}/dock"]
     return record_from(Dock, dock, dock.config, bodies=tuple(bodies), placards=tuple(placards))
 
@@ -213,7 +213,7 @@ def dock_rows(dock: PlacedDock, wind: WindConfig | None, gravity: float, tables:
             geoms={shape: tuple(str(geom.name) for geom in _symbol(dock, item, shape)) for shape in item.shapes},
             symbol=item.symbol,
         )
-        for item in dock.berths.placards
+        for item in dock.geometry.placards
     ]
     rows = Rows(docks=[dock_entry(dock)], placards=placards)
     if dock.config.dynamic:

@@ -19,7 +19,7 @@ from typing import Literal
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.docks import Berths, Cell, DockPlacement, berths
+from vrx_mj.config.docks import Cell, DockGeometry, DockPlacement, dock_geometry
 from vrx_mj.config.kinds import MARINE, NEWER
 from vrx_mj.config.layouts import is_clear
 from vrx_mj.config.objects import (
@@ -109,9 +109,9 @@ class PlacedDock:
         return self.config.block
 
     @property
-    def berths(self) -> Berths:
+    def geometry(self) -> DockGeometry:
         """Its bays, placards and holes, in its own frame."""
-        return berths(self.config)
+        return dock_geometry(self.config)
 
 
 def place_objects(
@@ -150,7 +150,7 @@ def _with_symbols(docks: Sequence[DockPlacement], symbols: Sequence[str]) -> lis
     """An object's docks with symbols on their placards, as far as there are any."""
     shown = []
     for dock in docks:
-        count = len(berths(dock).placards) if symbols else 0
+        count = len(dock_geometry(dock).placards) if symbols else 0
         own, symbols = symbols[:count], symbols[count:]
         shown.append(dock.model_copy(update={"symbols": (*own, *dock.symbols[len(own) :])}) if own else dock)
     return shown

@@ -94,7 +94,7 @@ class Site:
         """The dock of a name; None if it is not there, or has no bays."""
         try:
             dock = find_dock(self.docks, name)
-            if dock.berths.bays:
+            if dock.geometry.bays:
                 return dock
             self.fault(("dock",), f"'{name}' has no bays")
         except UnknownNameError as error:
@@ -296,7 +296,7 @@ def _light_buoy(task: tasks.DockTask, site: Site) -> str | None:
 def _bays(task: tasks.DockTask, site: Site) -> tuple[model.Bay, ...]:
     """The dock's bays with what the task gives for them, in their order."""
     dock = site.dock(task.dock)
-    known = dock.berths.bays if dock else ()
+    known = dock.geometry.bays if dock else ()
     if dock and len(task.bays) != len(known):
         names = ", ".join(bay.name for bay in known)
         site.fault(("bays",), f"'{task.dock}' has {len(known)} bays, {names}; got {len(task.bays)}")
@@ -318,8 +318,8 @@ def _holes(task: tasks.DockTask, site: Site) -> tuple[model.Hole, ...]:
     if dock is None:
         return ()
     known = {
-        (hole.bay, hole.size): {**hole.model_dump(), "bay": dock.berths.bays[hole.bay - 1].name}
-        for hole in dock.berths.holes
+        (hole.bay, hole.size): {**hole.model_dump(), "bay": dock.geometry.bays[hole.bay - 1].name}
+        for hole in dock.geometry.holes
     }
     if task.targets is None:
         counts = task.type == "scan_dock_deliver"

@@ -45,7 +45,7 @@ class Wave:
     """Shape of the Gamma distribution from which a run draws its energy, whose mean is this wave's [1]; 0: it is fixed.
     """
 
-    def scaled(self, factor: float) -> "Wave":
+    def scale_by(self, factor: float) -> "Wave":
         """The wave `factor` times as high, and so the motion of its water."""
         return replace(self, amplitude=factor * self.amplitude, orbital=self.orbital and factor * self.orbital)
 
@@ -104,13 +104,13 @@ class Sea:
             text = f"a sea of {self.period:.3g} s breaks at {most:.3g} m"
             raise CommandError(f"invalid sea.significant_height [m]: {text}, got {height:.3g} m")
         factor = height / self.significant_height
-        waves = tuple(wave.scaled(factor) for wave in self.waves)
+        waves = tuple(wave.scale_by(factor) for wave in self.waves)
         return replace(self, significant_height=height, waves=waves)
 
     def with_amplitude(self, index: int, amplitude: float) -> "Sea":
         """The sea with another amplitude [m] of one of its waves, and the significant height that follows."""
         wave = self.waves[index]
-        own = wave.scaled(amplitude / wave.amplitude) if wave.amplitude else replace(wave, orbital=None)
+        own = wave.scale_by(amplitude / wave.amplitude) if wave.amplitude else replace(wave, orbital=None)
         waves = (*self.waves[:index], replace(own, amplitude=amplitude), *self.waves[index + 1 :])
         before, now = (math.hypot(*[wave.amplitude for wave in each]) for each in (self.waves, waves))
         height = self.significant_height * (now / before if before else 1.0)

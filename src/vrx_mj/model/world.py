@@ -342,7 +342,7 @@ def broken_references(world: Parameters) -> Iterator[str]:
         if rows.stop > size:
             yield f"{table}[{number}].{column}: there is no row {rows.stop - 1} among {size} {mark.table}"
     yield from _boats(world)
-    yield from _afloat(world)
+    yield from _floating_faults(world)
     yield from _blocks(world)
     yield from _unique(world)
     if world.task is not None:
@@ -366,7 +366,7 @@ def _boats(world: Parameters) -> Iterator[str]:
             yield f"sensors[{number}].boat: there is no boat '{sensor.boat}'"
 
 
-def _afloat(world: Parameters) -> Iterator[str]:
+def _floating_faults(world: Parameters) -> Iterator[str]:
     floating = [item for item in world.objects if item.kind == _FLOATING]
     for number, (row, item) in enumerate(zip(world.floats, floating, strict=False)):
         if row.body != item.body:

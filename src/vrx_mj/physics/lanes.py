@@ -93,7 +93,7 @@ def _wait(context: BaseContext, builder: ir.IRBuilder) -> None:
         _card(builder, "bar.warp.sync", ir.VoidType(), _together(builder))
 
 
-def _exchanged(builder: ir.IRBuilder, value: ir.Value, distance: int) -> ir.Value:
+def _exchange(builder: ir.IRBuilder, value: ir.Value, distance: int) -> ir.Value:
     """The numbers of the threads whose lanes differ by a bit."""
     word, half, butterfly = builder.bitcast(value, _WORD), ir.Constant(_WORD, 32), ir.Constant(_INDEX, 3)
     parts = [
@@ -199,7 +199,7 @@ def total(builder: Any, value: Any) -> Any:
     """The sum over the lanes: of halves, then of quarters."""
     if value.type != _VECTOR:
         for distance in (4, 2, 1):
-            value = builder.fadd(value, _exchanged(builder, value, distance))
+            value = builder.fadd(value, _exchange(builder, value, distance))
         return value
     parts = [builder.extract_element(value, ir.Constant(_INDEX, k)) for k in range(WIDTH)]
     while len(parts) > 1:
@@ -217,7 +217,7 @@ def totals(builder: Any, a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, g: Any,
         bit = builder.and_(_thread(builder), ir.Constant(_INDEX, half))
         low = builder.icmp_unsigned("==", bit, ir.Constant(_INDEX, 0))
         pairs = list(zip(values[:half], values[half:], strict=True))
-        given = [_exchanged(builder, builder.select(low, other, one), half) for one, other in pairs]
+        given = [_exchange(builder, builder.select(low, other, one), half) for one, other in pairs]
         kept = [builder.select(low, one, other) for one, other in pairs]
         values = [builder.fadd(own, more) for own, more in zip(kept, given, strict=True)]
     if len(values) == 1:

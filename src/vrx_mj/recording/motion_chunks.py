@@ -407,7 +407,7 @@ def sensed_chunks(scene: RecordScene, parts: Sequence[Part]) -> Iterator[Chunk]:
     elif sensor.type == "gps":
         yield from _fixes(sensor, scene.parameters.georeference, time, data)
     elif sensor.type == "pinger":
-        yield sound(sensor, time, data)
+        yield sound_chunk(sensor, time, data)
 
 
 def _fixes(
@@ -468,7 +468,7 @@ def _range_colors(distance: FloatArray | Float32Array, near: float, far: float) 
     return colors
 
 
-def sound(sensor: RecordedSensor, time: FloatArray, heard: Sequence[Any]) -> Chunk:
+def sound_chunk(sensor: RecordedSensor, time: FloatArray, heard: Sequence[Any]) -> Chunk:
     """An arrow toward what a receiver hears, over the boat."""
     range_, bearing, elevation = np.array([list(vars(one).values()) for one in heard]).T
     ahead, up = np.cos(elevation), np.sin(elevation)

@@ -195,7 +195,7 @@ class Record(Head):
         """The saved form of the world that the recording begins in, by relative path."""
         return self.companies[0].files
 
-    def sound(self) -> Record:
+    def without_divergence(self) -> Record:
         """It without rows of a state that had diverged, as the last one of a run may be."""
         fine = sound_rows(self.rows, self.row_companies, [boat_set.layout for boat_set in self.companies])
         if fine.all():

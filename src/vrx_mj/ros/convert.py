@@ -46,7 +46,7 @@ def convert(source: str | Path, target: str | Path, progress: _Progress | None =
     Raises:
         RecordError: the source is not a recording, or the bag cannot be written.
     """
-    recorded = read_record(source).sound()
+    recorded = read_record(source).without_divergence()
     bag = Bag(target)
     bag.start()
     try:
@@ -86,7 +86,7 @@ class Moment:
         """The boats as the row has them; what else is observed is of the last saved state."""
         seen = self._sim.observe()
         hulls = zip(self._sim.boats, self._sim.world.parameters.hulls, strict=True)
-        return Observation([(boat, self._moved(seen[boat], hull.joint)) for boat, hull in hulls], seen.task)
+        return Observation([(boat, self._with_motion(seen[boat], hull.joint)) for boat, hull in hulls], seen.task)
 
     def resume(self, saved: SavedState) -> None:
         """Set the task to a saved state."""
@@ -109,7 +109,7 @@ class Moment:
             elif name in self._thrusters[boat]:
                 yield name, self._thrusters[boat][name].command(thrust[name])
 
-    def _moved(self, seen: BoatObservation, joint: str) -> BoatObservation:
+    def _with_motion(self, seen: BoatObservation, joint: str) -> BoatObservation:
         """An observation of a boat with the pose and velocity that the row has for its free joint."""
         axes = self._sim.model.joint(joint)
         qpos, dof = int(axes.qposadr[0]), int(axes.dofadr[0])

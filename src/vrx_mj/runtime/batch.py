@@ -21,7 +21,6 @@ from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.commands import channels_of
 from vrx_mj.runtime.hull import energy_of
 from vrx_mj.runtime.limits import ThreadPool, thread_count
-from vrx_mj.runtime.live_world import write_pose
 from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.row_tables import (
     SEPARATE,
@@ -49,10 +48,11 @@ from vrx_mj.runtime.rows import (
     which_rows,
     write_rows,
 )
+from vrx_mj.runtime.run_lock import RunLock, advancing, with_run_lock
+from vrx_mj.runtime.running_world import write_pose
 from vrx_mj.runtime.state import STATE_VERSION, State, rows_divergence_message
 from vrx_mj.runtime.stepping_models import check_room, stepping_models
 from vrx_mj.runtime.timing import MOST_STEPS, whole_steps
-from vrx_mj.runtime.turns import Turn, advancing, in_turn
 from vrx_mj.runtime.views import ARRAYS, STATE
 from vrx_mj.runtime.warmup import compile_notice
 from vrx_mj.signals import check_exit, delays_exit
@@ -130,7 +130,7 @@ class Batch:
         columns = [(one.row, one.column != "command") for one in self._channels]
         self._thrusters, self._angles = np.array(columns, np.int64).reshape(-1, 2).T.copy()
         self._seeds, self._going = np.zeros(self.n, np.int64), np.ones(self.n, np.bool_)
-        self._pace, self._turn = 1e-5, Turn("batch")
+        self._pace, self._run_lock = 1e-5, RunLock("batch")
         self._loop = ROW_LOOPS[arrays.loop]
         with compile_notice(self._loop):
             self.reset(seed=seed)
@@ -230,7 +230,7 @@ class Batch:
 
     # Running
 
-    @in_turn
+    @with_run_lock
     def reset(self, rows: Rows = None, *, seed: Seeds = None) -> None:
         """Reset rows to their start; parameters changed by `vary` are kept.
 
@@ -253,7 +253,7 @@ class Batch:
         self._rows.reset(which)
         self._observe()
 
-    @in_turn
+    @with_run_lock
     def command(self, values: npt.ArrayLike, rows: Rows = None) -> None:
         """Set thrusts and steering angles of rows, (rows, channels), in the order of `channels`.
 
@@ -269,7 +269,7 @@ class Batch:
 
         A command holds for the whole duration. Errors are those of `command` and `advance`.
         """
-        self._turn.check("step")
+        self._run_lock.check("step")
         steps = whole_steps(duration, self.timestep)
         if values is not None:
             self._give(which_rows(self.n, rows), values, hold=(steps + 0.5) * self.timestep)
@@ -308,7 +308,7 @@ class Batch:
         if len(new):
             raise DivergedError(rows_divergence_message(new, float(self._rows.time[new[0]])))
 
-    @in_turn
+    @with_run_lock
     def set_boat(
         self,
         boat: str,
@@ -353,7 +353,7 @@ class Batch:
         write_rows(which, data.runs, data.qpos, data.qvel)
         self._observe()
 
-    @in_turn
+    @with_run_lock
     def vary(
         self,
         rows: Rows = None,
@@ -408,7 +408,7 @@ class Batch:
         )  # fmt: skip
         self._variation.change(which, given, wave_phases, {} if parameters is None else parameters)
 
-    @in_turn
+    @with_run_lock
     def get_state(self, row: int) -> State:
         """Complete state of a row; a `Simulation` of the same world continues from it exactly as the row does.
 
@@ -433,12 +433,12 @@ class Batch:
         """Factor of its mass up to which each boat floats at rest in calm water, (boats,); above it, an end sinks."""
         return self._equilibrium.largest_masses()
 
-    @in_turn
+    @with_run_lock
     def waves(self, row: int) -> Table:
         """Waves of a row's sea, a copy: records of amplitude [m], wavenumber, frequency, direction and phase [rad]."""
         return self._rows.part("waves", as_int("row", row, 0, self.n - 1))
 
-    @in_turn
+    @with_run_lock
     def sea_height(self, x: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
         """Height [m] of each row's sea at points x, y, (n, points) [m, ENU], at the row's current time.
 
@@ -453,7 +453,7 @@ class Batch:
         row_heights(stacks["waves"], stacks["own_waves"], stacks["sea"], east, north, self._rows.time, out)
         return out
 
-    @in_turn
+    @with_run_lock
     def afloat(self, boat: str, places: npt.ArrayLike, rows: Rows = None) -> tuple[FloatArray, FloatArray]:
         """Poses and velocities, (rows, 6) each as in `set_boat`, with which a boat floats on the rows' present seas.
 

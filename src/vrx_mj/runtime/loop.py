@@ -241,7 +241,7 @@ def _turn_by_added_mass(
     model: _Address, data: _Address, hulls: Table, qpos: FloatArray, qvel: FloatArray, qacc_smooth: FloatArray,
     xfrc_applied: FloatArray,
 ) -> None:  # fmt: skip
-    """Turn hulls by their `added_moment`, at the accelerations that they have with it.
+    """RunLock hulls by their `added_moment`, at the accelerations that they have with it.
 
     These are found by substitution: each pass leaves the share c^2 A / I of the error, a few hundredths for a boat.
     A hull whose moment is settled keeps it, however long others take: it moves as if it were alone.

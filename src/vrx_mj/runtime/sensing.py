@@ -28,8 +28,8 @@ from vrx_mj.physics.surface import draw_surface
 from vrx_mj.runtime.loop import MAX_STATE
 from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.mounted import Mounted
+from vrx_mj.runtime.run_lock import RunLock, with_run_lock
 from vrx_mj.runtime.timing import Moment
-from vrx_mj.runtime.turns import Turn, in_turn
 from vrx_mj.runtime.warmup import compile_notice
 from vrx_mj.runtime.weather import Sea, Wind
 from vrx_mj.sensors.camera import Cameras
@@ -199,7 +199,7 @@ class Sensing:
         wind: Wind,
         drawing: _Drawing,
         rebound: Callable[[], None],
-        turn: Turn,
+        run_lock: RunLock,
     ) -> None:
         """Sensors of loop arrays.
 
@@ -209,9 +209,9 @@ class Sensing:
             wind: that they feel.
             drawing: gives the model that cameras and lidars see.
             rebound: is called when the loop's arrays of moments are new ones.
-            turn: of whom, with the run; a reading is of one moment.
+            run_lock: that of the run; a reading is of one moment.
         """
-        self.wind, self._rebound, self._turn = wind, rebound, turn
+        self.wind, self._rebound, self._run_lock = wind, rebound, run_lock
         self._seed = 0
         self._kept: dict[tuple[str, str], Reading] = {}
         self.bind(world, arrays, drawing)
@@ -253,7 +253,7 @@ class Sensing:
         """
         return Readings(self.names(boat), partial(self.sense, boat), partial(self._readings_of, boat))
 
-    @in_turn
+    @with_run_lock
     def sense(self, boat: str, name: str) -> Reading:
         """What a sensor last measured, for any thread; CommandError while another advances, else as `read`."""
         return self.read(boat, name)

@@ -16,17 +16,17 @@ from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.commands import Commands
 from vrx_mj.runtime.forces import Forces, boat_forces
 from vrx_mj.runtime.hull import energy_of
-from vrx_mj.runtime.live_world import LiveWorld, loop_arrays_of
 from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.runtime.observation import BoatObservation, Observation
 from vrx_mj.runtime.rows import FEATURES, observe_rows
+from vrx_mj.runtime.run_lock import HOLDER, with_run_lock
+from vrx_mj.runtime.running_world import RunningWorld, loop_arrays_of
 from vrx_mj.runtime.sensing import Readings, fire
 from vrx_mj.runtime.spawning import Roster, Spawning
 from vrx_mj.runtime.state import State
 from vrx_mj.runtime.subscriptions import ContactWatch, Listener, Subscription, Touch, check_listener
 from vrx_mj.runtime.task_runner import Event, TaskObservation
 from vrx_mj.runtime.timing import MOST_STEPS, whole_steps
-from vrx_mj.runtime.turns import HOLDER, in_turn
 from vrx_mj.runtime.weather import Sea, Wind
 from vrx_mj.sensors.readings import Reading
 from vrx_mj.signals import delays_exit
@@ -49,9 +49,9 @@ class Simulation(Roster):
     @delays_exit()
     def __init__(self, world: World, *, seed: int | None = None) -> None:
         check_kind("Simulation", world, World, "a World, as compile_world returns it")
-        live = self._live = LiveWorld(world)
+        live = self._live = RunningWorld(world)
         self._spawning = Spawning(live)
-        self._turn, self._sensing, self._subscriptions = live.turn, live.sensing, live.subscriptions
+        self._run_lock, self._sensing, self._subscriptions = live.run_lock, live.sensing, live.subscriptions
         self._sampler, self._task_runner, self._displays = live.sampler, live.task_runner, live.displays
         self.reset(seed)
         live.compile()
@@ -128,7 +128,7 @@ class Simulation(Roster):
 
     # Running
 
-    @in_turn
+    @with_run_lock
     def reset(self, seed: int | None = None, *, parameters: Mapping[str, float] | None = None) -> Observation:
         """Restart the run with the world's seed or the given one, and return the first observation.
 
@@ -173,7 +173,7 @@ class Simulation(Roster):
             UnknownNameError: a boat or thruster does not exist.
             CommandError: a command is not a finite number.
         """
-        with self._turn.boats_lock:
+        with self._run_lock.boats_lock:
             self._live.commands.give(self._live.arrays, commands, self.time, hold=0.0)
 
     def step(self, commands: Commands | None = None, *, duration: float | None = None) -> Observation:
@@ -188,9 +188,9 @@ class Simulation(Roster):
         """
         steps = 1 if duration is None else self.steps_in(duration)
         given = {} if commands is None else commands
-        if self._turn.claim or self._subscriptions.busy:
+        if self._run_lock.claim or self._subscriptions.busy:
             self._live.check_idle("step")
-        with self._turn.boats_lock:
+        with self._run_lock.boats_lock:
             self._live.commands.give(self._live.arrays, given, self.time, hold=(steps + 0.5) * self.timestep)
         self.advance(steps)
         return self.observe()
@@ -206,7 +206,7 @@ class Simulation(Roster):
             CommandError: `steps` is not a whole number of 0 or more.
             DivergedError: the state became NaN or too large; the message names a file with an earlier state.
         """
-        claim, thread = self._turn.claim, get_ident()
+        claim, thread = self._run_lock.claim, get_ident()
         try:
             if claim.setdefault(HOLDER, thread) is not thread or self._subscriptions.busy:
                 self._wait(thread)
@@ -217,16 +217,16 @@ class Simulation(Roster):
 
     def _wait(self, thread: int) -> None:
         """Refuse to advance in the midst of another call, or wait for the short one of another thread."""
-        self._turn.check("advance")
+        self._run_lock.check("advance")
         self._subscriptions.check_idle("advance")
-        self._turn.take("advance", thread)
+        self._run_lock.take("advance", thread)
 
     # State
 
     def observe(self) -> Observation:
         """Observation of every boat by name, and of the task as `obs["task"]` if the world has one."""
         live = self._live
-        with self._turn.boats_lock:
+        with self._run_lock.boats_lock:
             boats = (
                 (boat, live.bodies.observe(boat, sensors=self.sense(boat), thrusters=live.thrusters[boat]))
                 for boat in live.world.boats
@@ -242,17 +242,17 @@ class Simulation(Roster):
         return out.reshape(out.shape[1:])
 
     @property
-    @in_turn
+    @with_run_lock
     def state_sha256(self) -> str:
         """Fingerprint of all that moves, that of `get_state()`."""
         return self._live.moment().sha256
 
-    @in_turn
+    @with_run_lock
     def get_state(self) -> State:
         """Complete state of the run; a run continued from it equals the uninterrupted one bit for bit."""
         return dataclasses.replace(self._live.moment(), world=self.world.sha256)
 
-    @in_turn
+    @with_run_lock
     def set_state(self, state: State) -> Observation:
         """Set the state to one that `get_state` returned, here or in another process.
 
@@ -271,7 +271,7 @@ class Simulation(Roster):
 
     # Poses and forces
 
-    @in_turn
+    @with_run_lock
     def set_boat(
         self, name: str, *, pose: Sequence[float] | None = None, velocity: Sequence[float] | None = None
     ) -> None:
@@ -288,13 +288,13 @@ class Simulation(Roster):
         """
         self._live.set_boat(name, pose, velocity)
 
-    @in_turn
+    @with_run_lock
     def release(self, boat: str) -> None:
         """Release a boat that its task holds, as `set_boat` with a pose does; a free boat is not changed."""
         check_name("boat", boat, self.boats)
         self._live.arrays.release(boat)
 
-    @in_turn
+    @with_run_lock
     def set_object(
         self, name: str, *, pose: Sequence[float] | None = None, velocity: Sequence[float] | None = None
     ) -> None:
@@ -312,11 +312,11 @@ class Simulation(Roster):
 
         UnknownNameError if no floating object or dock has that name.
         """
-        with self._turn.boats_lock:
+        with self._run_lock.boats_lock:
             check_name("floating object", name, self._live.bodies.floating)
             return self._live.bodies.observe(name)
 
-    @in_turn
+    @with_run_lock
     def forces(self, boat: str) -> Forces:
         """Forces on a boat in the next step, by name of the effect: force and torque, (6,).
 
@@ -343,13 +343,13 @@ class Simulation(Roster):
             UnknownNameError: no boat has that name.
             CommandError: the power of none of its propellers is known.
         """
-        with self._turn.boats_lock:
+        with self._run_lock.boats_lock:
             check_name("boat", boat, self.boats)
             arrays = self._live.arrays
             return float(energy_of(arrays, boat, self.boats.index(boat), arrays.propeller_state))
 
     def _of_thrusters(self, boat: str, column: str) -> dict[str, float]:
-        with self._turn.boats_lock:
+        with self._run_lock.boats_lock:
             check_name("boat", boat, self.boats)
             values = self._live.arrays.thruster_state[column]
             return {name: float(values[row]) for name, row in self._live.commands.thrusters[boat].items()}
@@ -376,7 +376,7 @@ class Simulation(Roster):
         """
         return self._sensing.readings(boat)
 
-    @in_turn
+    @with_run_lock
     def labelled(self, boat: str, camera: str) -> Reading:
         """The last picture of a camera as `sense` has it, with labels whether or not the camera has `labels: true`.
 
@@ -385,7 +385,7 @@ class Simulation(Roster):
         """
         return self._sensing.labelled_image(boat, camera)
 
-    @in_turn
+    @with_run_lock
     def prepare_sensors(self) -> None:
         """Compile now what the boats' cameras and lidars need on this machine, rather than in their first reading.
 
@@ -393,7 +393,7 @@ class Simulation(Roster):
         """
         self._sensing.compile()
 
-    @in_turn
+    @with_run_lock
     def subscribe(
         self, boat: str, sensor: str, callback: Callable[[Reading], None], *, rate: float | None = None
     ) -> Subscription:
@@ -409,7 +409,7 @@ class Simulation(Roster):
         check_name("boat", boat, self.boats)
         return self._subscriptions.add(boat, sensor, callback, rate, self.time)
 
-    @in_turn
+    @with_run_lock
     def unsubscribe(self, subscription: Subscription) -> None:
         """End a subscription that `subscribe` returned."""
         self._subscriptions.remove(subscription)
@@ -423,7 +423,7 @@ class Simulation(Roster):
         """Names of a boat's pinger receivers; UnknownNameError if no boat has that name."""
         return tuple(self._sensing.of_kind(boat, "pinger"))
 
-    @in_turn
+    @with_run_lock
     def set_pinger(self, boat: str, sensor: str, position: Sequence[float]) -> None:
         """Move the beacon that a receiver hears to (x, y, z) [m, ENU]; it starts at the world's origin.
 
@@ -441,7 +441,7 @@ class Simulation(Roster):
         """
         return self._sensing.beacon(boat, sensor)
 
-    @in_turn
+    @with_run_lock
     def fire(self, boat: str, sensor: str | None = None) -> bool:
         """Shoot a ball and return whether a shot was left; `sensor` may be left out if the boat has one shooter.
 
@@ -453,7 +453,7 @@ class Simulation(Roster):
         self._live.derive()
         return fired
 
-    @in_turn
+    @with_run_lock
     def watch_contacts(self, tell: Callable[[Touch], None], *, ended: bool = False) -> ContactWatch:
         """Call `tell(touch)` once for every touch of a boat, with the other body, the time and the maximum force.
 
@@ -469,14 +469,14 @@ class Simulation(Roster):
         self._subscriptions.watch(watch)
         return watch
 
-    @in_turn
+    @with_run_lock
     def unwatch_contacts(self, watch: ContactWatch) -> None:
         """End what `watch_contacts` began."""
         self._subscriptions.unwatch(watch)
 
     # Recorders
 
-    @in_turn
+    @with_run_lock
     def attach(self, listener: Listener, *, rate: float) -> None:
         """Attach a listener that gets `rate` rows per simulated second [Hz], one state per second, and events.
 
@@ -497,7 +497,7 @@ class Simulation(Roster):
             self._live.renew_arguments()
             raise
 
-    @in_turn
+    @with_run_lock
     def detach(self, listener: Listener) -> None:
         """Deliver the remaining rows to a listener and detach it; CommandError if it is not attached."""
         if not any(one is listener for one in self._sampler.listeners):
@@ -511,7 +511,7 @@ class Simulation(Roster):
         """Row of the current time, as listeners get it."""
         return self._live.arrays.row(self.time)
 
-    @in_turn
+    @with_run_lock
     def event(self, text: str, level: str = "INFO") -> None:
         """Write a log line to the recordings at the current time; CommandError if it is not text."""
         self._live.event(as_text("text", text), as_text("level", level))
@@ -536,7 +536,7 @@ class Simulation(Roster):
         """
         return self._displays.showing(name)
 
-    @in_turn
+    @with_run_lock
     def set_light(self, name: str, colors: Sequence[str]) -> None:
         """Make a light show three colours in turn, each for one second, beginning in one second.
 
@@ -546,7 +546,7 @@ class Simulation(Roster):
         """
         self._displays.set_light(name, colors)
 
-    @in_turn
+    @with_run_lock
     def set_placard(self, name: str, symbol: str) -> None:
         """Make a placard show a symbol, such as `red_circle`.
 
@@ -555,7 +555,7 @@ class Simulation(Roster):
         """
         self._displays.set_placard(name, symbol)
 
-    @in_turn
+    @with_run_lock
     def shuffle(self, name: str) -> None:
         """Make a light or a placard show the next pattern in VRX's order; UnknownNameError if unknown."""
         self._displays.shuffle(name)
@@ -585,7 +585,7 @@ class Simulation(Roster):
         """Messages of the referee so far: simulated time [s], text and level."""
         return self._task_runner.events
 
-    @in_turn
+    @with_run_lock
     def send(self, topic: str, content: object) -> None:
         """Send a message to the task, such as a landmark that was found; the referee reads it at its next update.
 

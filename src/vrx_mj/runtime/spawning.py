@@ -19,10 +19,10 @@ from vrx_mj.mjcf.compile import staying, with_boat, with_dock, with_object, with
 from vrx_mj.mjcf.objects import ball_names
 from vrx_mj.mjcf.pieces import owner_of
 from vrx_mj.mjcf.world import World
-from vrx_mj.runtime.live_world import FreeBodies, LiveWorld, loop_arrays_of
 from vrx_mj.runtime.loop_arrays import MODEL_ARRAYS, OPTIONS, STATE_TABLES, LoopArrays, memories_of
+from vrx_mj.runtime.run_lock import RunLock, with_run_lock
+from vrx_mj.runtime.running_world import FreeBodies, RunningWorld, loop_arrays_of
 from vrx_mj.runtime.stepping_models import fitting
-from vrx_mj.runtime.turns import Turn, in_turn
 from vrx_mj.runtime.views import ARRAYS
 from vrx_mj.sensors.displays import MARK_COUNTS
 
@@ -42,7 +42,7 @@ _WORLD_SUMS = ("body_subtreemass",)
 class Spawning:
     """Boats, objects and docks that join and leave a run; errors are those of the methods of `Simulation`."""
 
-    def __init__(self, live: LiveWorld) -> None:
+    def __init__(self, live: RunningWorld) -> None:
         self._live = live
 
     def add(
@@ -178,9 +178,9 @@ class Roster:
     """What is in a world while it runs."""
 
     _spawning: Spawning
-    _turn: Turn
+    _run_lock: RunLock
 
-    @in_turn
+    @with_run_lock
     def spawn(
         self,
         /,
@@ -223,7 +223,7 @@ class Roster:
         entry = {"name": name, "pose": pose, "sensors": sensors, "engines": engines, "color": color, **settings}
         self._spawning.add("spawn", with_boat, files, **entry)
 
-    @in_turn
+    @with_run_lock
     def spawn_object(
         self,
         name: str,
@@ -254,7 +254,7 @@ class Roster:
         entry = {"name": name, "pose": pose, "path": path, "symbols": symbols}
         self._spawning.add("spawn_object", with_object, {"model": model}, **entry)
 
-    @in_turn
+    @with_run_lock
     def spawn_dock(
         self,
         name: str,
@@ -287,7 +287,7 @@ class Roster:
         entry = {"name": name, "layout": rows, "pose": pose, "dynamic": dynamic, "block": block}
         self._spawning.add("spawn_dock", with_dock, {}, mooring=mooring, bays=bays, symbols=symbols, **entry)
 
-    @in_turn
+    @with_run_lock
     def remove(self, name: str) -> None:
         """Remove a boat, an object or a dock from the run. All else moves exactly as before.
 

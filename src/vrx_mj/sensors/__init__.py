@@ -51,7 +51,7 @@ _P3D = SensorKind(
 )
 
 
-def sound(config: PingerConfig, place: Place, beacon: FloatArray, draw: Draw) -> Sound:
+def sense_sound(config: PingerConfig, place: Place, beacon: FloatArray, draw: Draw) -> Sound:
     """Range, bearing and elevation of a beacon [m, ENU], from `place` and in its axes."""
     x, y, z = place.rotation.T @ (beacon - place.position)
     return Sound(
@@ -63,7 +63,7 @@ def sound(config: PingerConfig, place: Place, beacon: FloatArray, draw: Draw) ->
 
 _PINGER = SensorKind(
     PingerConfig,
-    lambda now: sound(now.config, now.place, now.marks, now.draw),
+    lambda now: sense_sound(now.config, now.place, now.marks, now.draw),
     RecordedNumbers(lambda _: 3, lambda numbers, _: Sound(*(float(value) for value in numbers))),
     start_marks=lambda config: config.beacon,
     plots=(

@@ -131,8 +131,8 @@ def test_rows_are_sailed_together_unless_their_world_has_a_task(tmp_path, monkey
     sailor._open = trials[0].cell.world, trials[0].fleet
     sailor._warm = SimpleNamespace(world=SimpleNamespace(parameters=SimpleNamespace(task=task)))
     assert [result.cell for result in sailor.run(trials)] == [trial.cell for trial in trials]
-    in_turn = [(2, False), (1, False), (1, False)]  # whether the second comes out alike alone; then the third
-    assert sailed == ([(3, True)] if task is None else in_turn)
+    with_run_lock = [(2, False), (1, False), (1, False)]  # whether the second comes out alike alone; then the third
+    assert sailed == ([(3, True)] if task is None else with_run_lock)
 
 
 def test_how_many_trials_are_under_way_is_told_as_it_changes(tmp_path):

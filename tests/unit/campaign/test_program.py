@@ -31,8 +31,8 @@ time.sleep(60)
 ENDS_A_STUBBORN_ONE = f"""
 import os, shlex, sys, time
 from io import BytesIO
-from vrx_mj.campaign.program import Program, adopt_orphans
-adopt_orphans()
+from vrx_mj.campaign.program import Program, become_subreaper
+become_subreaper()
 said = BytesIO()
 program = Program(shlex.quote(sys.executable) + " stubborn.py; echo it went on", os.environ, said)
 deadline = time.monotonic() + 30.0

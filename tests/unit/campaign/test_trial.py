@@ -191,7 +191,9 @@ def ended(task, *, record=False, interrupted=False):
         state_sha256="ab", platform="here",
     )  # fmt: skip
     qpos = SimpleNamespace(tobytes=lambda: b"qpos")
-    return trials._ended(Trial(Cell("a:f", "bay", 0), record=record), summary, Tracks(), world_sha256="w", qpos=qpos)
+    return trials._result_of(
+        Trial(Cell("a:f", "bay", 0), record=record), summary, Tracks(), world_sha256="w", qpos=qpos
+    )
 
 
 @pytest.mark.parametrize(

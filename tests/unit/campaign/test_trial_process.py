@@ -307,7 +307,7 @@ def noted(monkeypatch, tmp_path, log):
     monkeypatch.setattr(os, "setsid", lambda: log.append("setsid"))
     monkeypatch.setattr(signal, "signal", lambda number, how: log.append(f"{number.name} {how.name}"))
     monkeypatch.setattr(faulthandler, "register", lambda number, file, chain: log.append((number.name, file, chain)))
-    for name in ("die_with_parent", "adopt_orphans"):
+    for name in ("die_with_parent", "become_subreaper"):
         monkeypatch.setattr(process, name, lambda name=name: log.append(name))
     monkeypatch.setattr(process, "log_into", lambda file: log.append(file.relative_to(tmp_path).as_posix()))
     monkeypatch.setattr(process, "ProcessState", State)
@@ -345,7 +345,7 @@ def inside(noted, monkeypatch, tmp_path, log):
     return run
 
 
-PREPARED = ["SIGINT SIG_IGN", "setsid", "die_with_parent", "adopt_orphans", ("SIGUSR2", 2, True)]
+PREPARED = ["SIGINT SIG_IGN", "setsid", "die_with_parent", "become_subreaper", ("SIGUSR2", 2, True)]
 
 
 def logged(seed):
@@ -456,7 +456,7 @@ def test_a_process_ends_with_its_parent_by_prctl(monkeypatch, log):
     for module in (process, sys.modules["vrx_mj.campaign.program"]):
         monkeypatch.setattr(module, "ctypes", library)
     process.die_with_parent()
-    process.adopt_orphans()
+    process.become_subreaper()
     assert log == [(1, signal.SIGKILL, 0, 0, 0), (36, 1, 0, 0, 0)]
 
 

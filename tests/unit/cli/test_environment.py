@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import vrx_mj
-from vrx_mj.cli import PACKAGES, installed_first, intruder
+from vrx_mj.cli import PACKAGES, installed_first, shadowed_package
 
 PARTS = {"vrx_mj", "annotated_types", "pydantic_core", "rerun_bindings"}  # ours, and what comes with pydantic and rerun
 
@@ -50,7 +50,7 @@ def test_a_package_in_the_way_is_named_with_its_file(ros, monkeypatch, text):
     monkeypatch.delitem(sys.modules, "cbor2", raising=False)
     with pytest.raises(Exception, match=r".") as error:
         __import__("cbor2")
-    told = intruder(error.value)
+    told = shadowed_package(error.value)
     assert told.startswith(f"vrx-mj: cbor2 in {file.resolve()}, from PYTHONPATH, is in the way (")
     assert BROKEN[text].strip() in told
     assert told.endswith("): run with PYTHONPATH empty; if cbor2 is missing then, install vrx_mj again")
@@ -62,11 +62,11 @@ def test_a_package_that_lacks_a_name_is_in_the_way(ros, monkeypatch):
     module = __import__("cbor2")
     with pytest.raises(AttributeError) as error:
         _ = module.dumps
-    assert "cbor2.py, from PYTHONPATH, is in the way" in intruder(error.value)
+    assert "cbor2.py, from PYTHONPATH, is in the way" in shadowed_package(error.value)
 
 
 def test_other_errors_are_nobodys_fault(ros):
     (ros / "my_controller.py").write_text("raise RuntimeError('mine')\n", encoding="utf-8")
     with pytest.raises(RuntimeError) as error:
         __import__("my_controller")
-    assert intruder(error.value) is None
+    assert shadowed_package(error.value) is None

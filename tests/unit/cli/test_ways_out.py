@@ -83,7 +83,7 @@ def test_ctrl_c_while_packages_load_ends_it_as_ctrl_c(monkeypatch, error, code):
     monkeypatch.setattr(program, "main", start)
     monkeypatch.setattr(package, "installed_first", lambda: None)
     monkeypatch.setattr(package.gc, "set_threshold", lambda _count: None)
-    monkeypatch.setattr(package, "intruder", lambda _error: None)
+    monkeypatch.setattr(package, "shadowed_package", lambda _error: None)
     with pytest.raises(ImportError if code is None else SystemExit) as ended:
         package.main()
     assert getattr(ended.value, "code", None) == code
@@ -96,7 +96,7 @@ def test_a_package_in_the_way_is_a_line_and_a_folder_that_is_gone_another(monkey
     monkeypatch.setattr(program, "main", raising(ImportError("numba")).main)
     monkeypatch.setattr(package, "installed_first", lambda: None)
     monkeypatch.setattr(package.gc, "set_threshold", lambda _count: None)
-    monkeypatch.setattr(package, "intruder", lambda _error: "numba is in the way")
+    monkeypatch.setattr(package, "shadowed_package", lambda _error: "numba is in the way")
     for line in (
         "numba is in the way",
         "the current folder cannot be used: No such file or directory; change to another",

@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from vrx_mj.config.docks import Bay, berths, find_bays, load_dock
+from vrx_mj.config.docks import Bay, dock_geometry, find_bays, load_dock
 from vrx_mj.config.objects import load_object
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError
@@ -34,12 +34,12 @@ SYMBOLS_AT = {
 
 def of_object(name):
     (dock,) = load_object(name).docks
-    return berths(dock)
+    return dock_geometry(dock)
 
 
 def drawn(layout, **keys):
     world = load_world({"docks": [{"name": "d", "layout": layout, **keys}]})
-    return berths(world.docks[0])
+    return dock_geometry(world.docks[0])
 
 
 def numbers(bay):

@@ -39,6 +39,6 @@ for name in sys.argv[1:]:
     called = set(re.findall(r"\.extern \.func [^;]*?(\w+)\n", text))
     assert called <= {"numba_attempt_nocopy_reshape"}, (name, called)  # numba-cuda links that at the launch
     assert ("bar.warp.sync" in text) == (name == "advance_marine"), name  # elsewhere a thread has a row by itself
-    kept = Path(kernels._compiled(getattr(kernels, name), 64)._cache.cache_path)
+    kept = Path(kernels._compile(getattr(kernels, name), 64)._cache.cache_path)
     assert cache_folder() in kept.parents, kept
     print(len(re.findall(r"\b(?:fma|add|mul|sub|ld\.global|st\.global|ld|st)\S*\.(?:f64|[bu]8)\b", text)))

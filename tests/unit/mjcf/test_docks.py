@@ -74,7 +74,7 @@ def test_blocks_and_placards_start_where_they_belong(name, dynamic):
         there = turn @ (2 * i, 2 * j, 0.25) + (40, -30, 0)
         assert data.geom(f"o/base/dock_block_{i}_{j}").xpos == pytest.approx(there)
     (dock,) = placed(objects=[{"name": "o", "model": model_name, "pose": POSE}])
-    for placard, entry in zip(dock.berths.placards, tree_of(made.parameters)["placards"], strict=True):
+    for placard, entry in zip(dock.geometry.placards, tree_of(made.parameters)["placards"], strict=True):
         assert entry["name"] == f"o/{placard.name}"
         assert data.body(entry["body"]).xpos == pytest.approx(turn @ placard.pose[:3] + (40, -30, 0))
         assert tuple(entry["geoms"]) == placard.shapes

@@ -180,7 +180,7 @@ def test_placards_of_2022_stand_where_vrx_composes_them(placard):
     board = compose(placard_pose, (0, -0.2, 0.25, 0, 0, 3.14159))
     symbol = compose(placard_pose, (0, 0.07, 0, 0, 0, 0))
     (dock,) = place_docks((), (Placement(name="it", model="dock_2022"),))
-    found = dock.berths.placards[placard - 1]
+    found = dock.geometry.placards[placard - 1]
     assert found.pose == pytest.approx(board, abs=1e-5)
     assert found.symbol_pose == pytest.approx(symbol, abs=1e-5)
     assert found.symbol == "blue_circle"

@@ -123,7 +123,7 @@ def test_sums_of_threads_are_those_of_lanes_to_the_bit(a):
     emit_total, emit_totals = (each._defn.__wrapped__ for each in (total, totals))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(lanes, "_thread", lambda _: np.arange(WIDTH))
-        patch.setattr(lanes, "_exchanged", lambda _, value, bit: value[np.arange(WIDTH) ^ bit])
+        patch.setattr(lanes, "_exchange", lambda _, value, bit: value[np.arange(WIDTH) ^ bit])
         sums = [emit_total(ThreadsBuilder, value).tolist() for value in values]
         together = emit_totals(ThreadsBuilder, *values).tolist()
     assert sums == [[sum_of(row)] * WIDTH for row in a]

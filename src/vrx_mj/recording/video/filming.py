@@ -124,7 +124,7 @@ def write_video(
     """
     target = Path(path)
     encoder, size, fps = encoder_of(target)
-    recorded = (source if isinstance(source, Record) else read_record(source)).sound()
+    recorded = (source if isinstance(source, Record) else read_record(source)).without_divergence()
     recorded.warn_of_physics()
     film = Film(recorded, shot or Shot(), size=size, fps=fps, eye=eye)
     with atomic_write(target, "the video", VideoError) as draft, closing(film):  # where it fails, an older one stays

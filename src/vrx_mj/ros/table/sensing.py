@@ -259,7 +259,7 @@ def _vrx3_lidar(_host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]:
     config, key = sensor.config, (sensor.boat, sensor.name)
 
     def points(reading: Reading) -> Message:
-        return _cloud_message(reading, _organized(reading.data, config))
+        return _cloud_message(reading, _organize(reading.data, config))
 
     def scan(reading: Reading) -> Message:
         return _scan(replace(reading, data=middle_ring(reading.data, config)))
@@ -269,7 +269,7 @@ def _vrx3_lidar(_host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]:
         yield Output(f"{stems.vrx3}/scan", _SCAN, scan, config.rate, key, dialects=VRX3)
 
 
-def _organized(cloud: PointCloud, config: LidarConfig) -> npt.NDArray[np.void]:
+def _organize(cloud: PointCloud, config: LidarConfig) -> npt.NDArray[np.void]:
     """Points (rings, samples) of every ray; infinite without a return."""
     rows = np.zeros((config.rings, config.samples), _VRX3_POINT)
     for name in "xyz":

@@ -422,7 +422,7 @@ def section_flume() -> Outcome:
     conditions = groupby(rows("flume"), lambda row: (row["set"], row["period"], 1e3 * row["height"]))
     for (kind, period, height), group in conditions:
         own = list(group)
-        ours = _fixed_forces(own[0]) if kind == "fixed" else _afloat(own[0])
+        ours = _fixed_forces(own[0]) if kind == "fixed" else _floating_section(own[0])
         for row in (row for row in own if row["quantity"] in ours):
             name, unit = _FORCES[row["quantity"]] if kind == "fixed" else (row["quantity"], "")
             found = row["measured"], ours[row["quantity"]]
@@ -466,7 +466,7 @@ def _fixed_forces(row: TableRow) -> dict[str, float]:
     return dict(zip(_FORCES, (sizes / row["amplitude"]).tolist(), strict=True))
 
 
-def _afloat(row: TableRow) -> dict[str, float]:
+def _floating_section(row: TableRow) -> dict[str, float]:
     """Motions over the wave's amplitude, and slope, and mean force over rho g a^2 L / 2, of the section on the rig."""
     sim, times, found = _simulation(row), [], []
     for _ in range(round(_DURATION / _FLUME_SAMPLE)):

@@ -20,12 +20,12 @@ _P = ParamSpec("_P")
 _R = TypeVar("_R")
 
 HOLDER = "holder"
-"""Key of `Turn.claim`."""
-_ALL_TURNS: "weakref.WeakSet[Turn]" = weakref.WeakSet()
-"""All turns of the process."""
+"""Key of `RunLock.claim`."""
+_ALL_LOCKS: "weakref.WeakSet[RunLock]" = weakref.WeakSet()
+"""All locks of the process."""
 
 
-class Turn:
+class RunLock:
     """Whose turn it is with a run."""
 
     __slots__ = ("__weakref__", "boats_lock", "claim", "lock", "what")
@@ -37,7 +37,7 @@ class Turn:
         """Under `HOLDER` the thread that advances, as `threading.get_ident` numbers it, or minus the thread that does
         something short; the caller that put it there takes it away."""
         self._renew()
-        _ALL_TURNS.add(self)
+        _ALL_LOCKS.add(self)
 
     def check(self, call: str) -> None:
         """Refuse a call while another thread advances.
@@ -64,7 +64,7 @@ class Turn:
             raise _within(call)
 
     def take(self, call: str, mark: int) -> None:
-        """Take the turn, after the short calls of other threads; CommandError if one advances, or this one has it."""
+        """Take the lock, after the short calls of other threads; CommandError if one advances, or this one has it."""
         while (holder := self.claim.setdefault(HOLDER, mark)) is not mark:
             self.check(call)
             if abs(holder) == threading.get_ident():
@@ -90,39 +90,39 @@ def _within(call: str) -> CommandError:
 
 
 def _forget_all() -> None:
-    for turn in list(_ALL_TURNS):
-        turn._forget()
+    for lock in list(_ALL_LOCKS):
+        lock._forget()
 
 
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_forget_all)
 
-BUSY.append(lambda own: any(abs(turn.claim.get(HOLDER, own)) != own for turn in list(_ALL_TURNS)))
+BUSY.append(lambda own: any(abs(lock.claim.get(HOLDER, own)) != own for lock in list(_ALL_LOCKS)))
 
 
 class _Shared(Protocol):
-    _turn: Turn
+    _run_lock: RunLock
 
 
 _S = TypeVar("_S", bound=_Shared)
 
 
-def in_turn(method: Callable[Concatenate[_S, _P], _R]) -> Callable[Concatenate[_S, _P], _R]:
+def with_run_lock(method: Callable[Concatenate[_S, _P], _R]) -> Callable[Concatenate[_S, _P], _R]:
     """A method that waits for short calls of other threads, and is refused while one of them advances."""
 
     @functools.wraps(method)
     def in_its_turn(self: _S, *args: _P.args, **kwargs: _P.kwargs) -> _R:
-        turn, mark = self._turn, -threading.get_ident()
-        turn.check(method.__name__)
-        with turn.lock:
+        run_lock, mark = self._run_lock, -threading.get_ident()
+        run_lock.check(method.__name__)
+        with run_lock.lock:
             try:
-                if turn.claim.setdefault(HOLDER, mark) is not mark:
-                    turn.check(method.__name__)  # else it is within a call of its own thread
+                if run_lock.claim.setdefault(HOLDER, mark) is not mark:
+                    run_lock.check(method.__name__)  # else it is within a call of its own thread
                 check_exit()  # which waits for the claim
                 return method(self, *args, **kwargs)
             finally:
-                if turn.claim and turn.claim[HOLDER] is mark:
-                    del turn.claim[HOLDER]
+                if run_lock.claim and run_lock.claim[HOLDER] is mark:
+                    del run_lock.claim[HOLDER]
 
     return in_its_turn  # type: ignore[return-value]  # which names its first argument
 
@@ -132,9 +132,9 @@ def advancing(method: Callable[Concatenate[_S, _P], _R]) -> Callable[Concatenate
 
     @functools.wraps(method)
     def in_its_turn(self: _S, *args: _P.args, **kwargs: _P.kwargs) -> _R:
-        claim, mark = self._turn.claim, threading.get_ident()
+        claim, mark = self._run_lock.claim, threading.get_ident()
         try:
-            self._turn.take(method.__name__, mark)
+            self._run_lock.take(method.__name__, mark)
             return method(self, *args, **kwargs)
         finally:  # with no call, in which Ctrl-C could come first
             if claim and claim[HOLDER] is mark:

@@ -7,7 +7,7 @@ import time
 import pytest
 
 from vrx_mj.errors import CommandError
-from vrx_mj.runtime.turns import HOLDER, Turn, advancing, in_turn
+from vrx_mj.runtime.run_lock import HOLDER, RunLock, advancing, with_run_lock
 
 ELSEWHERE = "{} cannot be called while another thread advances the thing: call it afterwards, or from that thread"
 WITHIN = "{} cannot be called while the run advances, as from a recorder: call it afterwards"
@@ -17,7 +17,7 @@ class Thing:
     """Something that advances until it is told to stop."""
 
     def __init__(self):
-        self._turn = Turn("thing")
+        self._run_lock = RunLock("thing")
         self.begun, self.end = threading.Event(), threading.Event()
         self.calls = []
 
@@ -27,7 +27,7 @@ class Thing:
         inside()
         assert self.end.wait(20.0)
 
-    @in_turn
+    @with_run_lock
     def change(self, name="change", inside=lambda: None):
         self.calls.append(name)
         inside()
@@ -62,11 +62,11 @@ def test_while_one_thread_advances_others_are_refused(thing):
 def test_within_an_advance_its_own_thread_may_change_but_not_advance(thing):
     heard = []
     thing.end.set()
-    refusals = (thing.advance,), (thing._turn.check_own, "spawn")
+    refusals = (thing.advance,), (thing._run_lock.check_own, "spawn")
     thing.advance(lambda: (thing.change(), heard.extend(refused(*call) for call in refusals)))
     assert heard == [WITHIN.format("advance"), WITHIN.format("spawn")]
     assert len(thing.calls) == 2
-    assert thing._turn.claim == {}
+    assert thing._run_lock.claim == {}
 
 
 def test_within_a_short_call_its_own_thread_may_make_others_but_not_advance(thing):
@@ -74,7 +74,7 @@ def test_within_a_short_call_its_own_thread_may_make_others_but_not_advance(thin
     thing.change("outer", lambda: (thing.change("inner"), heard.append(refused(thing.advance))))
     assert heard == [WITHIN.format("advance")]
     assert thing.calls == ["outer", "inner", "inner", "outer"]
-    assert thing._turn.claim == {}
+    assert thing._run_lock.claim == {}
 
 
 @pytest.mark.parametrize("call", ["change", "advance"])
@@ -92,7 +92,7 @@ def test_short_calls_are_waited_for(thing, call):
     first.join()
     second.join()
     assert thing.calls == ["first", "first", "change", "change"][: 4 if call == "change" else 2]
-    assert thing._turn.claim == {}
+    assert thing._run_lock.claim == {}
 
 
 @pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
@@ -103,9 +103,9 @@ def test_an_error_ends_the_turn(thing, error):
     for call in (thing.advance, thing.change):
         with pytest.raises(error):
             call(inside=fail)
-    assert thing._turn.claim == {}
+    assert thing._run_lock.claim == {}
     free = []
-    other = threading.Thread(target=lambda: free.append(thing._turn.lock.acquire(blocking=False)))
+    other = threading.Thread(target=lambda: free.append(thing._run_lock.lock.acquire(blocking=False)))
     other.start()
     other.join()
     assert free == [True]
@@ -122,7 +122,7 @@ def test_a_forked_process_does_not_wait_for_threads_that_it_has_not(thing):
         thing.end.set()
         thing.change()
         thing.advance()
-        os._exit(0 if thing._turn.claim == {} else 1)
+        os._exit(0 if thing._run_lock.claim == {} else 1)
     until = time.monotonic() + 20.0
     while (ended := os.waitpid(child, os.WNOHANG)) == (0, 0) and time.monotonic() < until:
         time.sleep(0.01)
@@ -133,7 +133,7 @@ def test_a_forked_process_does_not_wait_for_threads_that_it_has_not(thing):
 
 def test_what_was_advancing_in_another_thread_stays_refused_after_a_fork():
     """It stopped in the midst of a step."""
-    turn = Turn("thing")
+    turn = RunLock("thing")
     turn.claim[HOLDER] = threading.get_ident() + 1
     turn._forget()
     assert refused(turn.check, "advance") == ELSEWHERE.format("advance")

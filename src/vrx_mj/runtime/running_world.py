@@ -29,6 +29,7 @@ from vrx_mj.runtime.hull import Hull, Propeller, hull_of, thrusters
 from vrx_mj.runtime.loop import LOOPS, MAX_STATE
 from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.observation import BoatObservation
+from vrx_mj.runtime.run_lock import RunLock
 from vrx_mj.runtime.sensing import Displays, Sensing
 from vrx_mj.runtime.state import (
     STATE_VERSION,
@@ -42,7 +43,6 @@ from vrx_mj.runtime.stepping_models import PhysicsModels, crowding_message, fitt
 from vrx_mj.runtime.subscriptions import ContactSampler, Sampler, Subscriptions
 from vrx_mj.runtime.task_runner import Decision, TaskRunner
 from vrx_mj.runtime.timing import steps_to_multiple, stride_of
-from vrx_mj.runtime.turns import Turn
 from vrx_mj.runtime.warmup import compile_notice
 from vrx_mj.runtime.weather import Sea, Wind
 from vrx_mj.signals import check_exit
@@ -161,7 +161,7 @@ def loop_arrays_of(world: World, physics_models: PhysicsModels, known: LoopArray
     return LoopArrays(world, model, contact_free, mujoco.MjData(model), known=known)
 
 
-class LiveWorld:
+class RunningWorld:
     """A world, its tables, and the parts that measure, record, score and steer it.
 
     `world`, `arrays`, `bodies`, `commands` and `thrusters` are new objects after something came or went; others are
@@ -171,7 +171,7 @@ class LiveWorld:
     def __init__(self, world: World) -> None:
         self.first = world
         self.seed = world.seed
-        self.turn = Turn("simulation")
+        self.run_lock = RunLock("simulation")
         self.physics_models = PhysicsModels()
         self.thrusters: dict[str, dict[str, Propeller]] = {}
         self._take(world, loop_arrays_of(world, self.physics_models))
@@ -180,7 +180,7 @@ class LiveWorld:
         self.sea, self.wind = Sea(self.arrays), Wind(self.arrays)
         own = weakref.proxy(self)  # a run that nobody holds goes at once, with its models and its drawing context
         self.sensing = Sensing(
-            world, self.arrays, self.wind, self.drawing, lambda: own.renew_arguments(), self.turn,  # noqa: PLW0108
+            world, self.arrays, self.wind, self.drawing, lambda: own.renew_arguments(), self.run_lock,  # noqa: PLW0108
         )  # fmt: skip
         self.displays = Displays(self.sensing)
         contacts = ContactSampler(lambda: own.world.boats, lambda: own.arrays)
@@ -207,7 +207,7 @@ class LiveWorld:
 
     def bind(self, world: World, arrays: LoopArrays) -> None:
         """Go over to a world that has other boats, objects or docks, with everything that users may hold."""
-        with self.turn.boats_lock:
+        with self.run_lock.boats_lock:
             self._take(world, arrays)
             self.sea.bind(arrays)
             self.wind.bind(arrays)
@@ -231,9 +231,9 @@ class LiveWorld:
         Raises:
             CommandError: it does.
         """
-        self.turn.check(call)
+        self.run_lock.check(call)
         self.subscriptions.check_idle(call)
-        self.turn.check_own(call)
+        self.run_lock.check_own(call)
 
     # Advancing
 
