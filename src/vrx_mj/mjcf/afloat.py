@@ -281,7 +281,7 @@ def _free_places(
     return moves
 
 
-def _free_place(area: _Area, things: Sequence[_Thing], taken: Any) -> tuple[float, float] | None:
+def _free_place(area: _Area, things: Sequence[_Thing], taken: shapely.STRtree) -> tuple[float, float] | None:
     """The least move [m] that brings a boat into free water, with some around it."""
     outline = shapely.get_coordinates(shapely.buffer(area, _MARGIN, join_style="mitre"))
     for moves in _moves():

@@ -237,7 +237,7 @@ def checked_parameters(parameters: Parameters) -> Parameters:
     return _adapter().validate_python(parameters)
 
 
-def checked_rows(rows: Mapping[str, tuple[object, ...]]) -> dict[str, tuple[Any, ...]]:
+def checked_rows(rows: Mapping[str, tuple[object, ...]]) -> dict[str, tuple[object, ...]]:
     """Rows of some tables of a world, held to the same.
 
     Raises:

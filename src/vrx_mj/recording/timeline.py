@@ -82,7 +82,7 @@ def _component(kind: Any, name: str) -> tuple[rr.ComponentDescriptor, Any]:
     return batch.component_descriptor(), getattr(empty, name)
 
 
-def _arrow(values: npt.NDArray[Any], kind: pa.DataType) -> pa.Array:
+def _arrow(values: npt.NDArray[np.generic], kind: pa.DataType) -> pa.Array:
     """An Arrow array of a type: numbers, (..., k) as lists of k, which the type names, or (..., n, k) as lists of n."""
     if not pa.types.is_nested(kind):
         return pa.array(values.reshape(-1).astype(kind.to_pandas_dtype(), copy=False), kind)

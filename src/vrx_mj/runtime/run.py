@@ -211,7 +211,7 @@ class Summary:
     touches: tuple[Touch, ...] = ()
     """What boats touched, by pair, also before the task starts and after its end; the largest force first."""
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         """The summary as plain data for JSON."""
         return asdict(self)
 

@@ -235,7 +235,7 @@ class Imported:
         self.texts[path] = self.text(Path(source), content)
         return path
 
-    def with_meshes(self, value: Any, folder: Path, name: str) -> Any:
+    def with_meshes(self, value: object, folder: Path, name: str) -> Any:
         """A section whose meshes are copied beside the object."""
         if isinstance(value, Section):
             inside = {key: self.with_meshes(item, folder, name) for key, item in value.items()}

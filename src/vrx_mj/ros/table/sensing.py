@@ -171,7 +171,7 @@ def _mask(reading: Reading) -> Message | None:
     return labels and _pixels(reading, labels.mask.astype("<u2"), "mono16")
 
 
-def _pixels(reading: Reading, rows: npt.NDArray[Any], encoding: str) -> Message:
+def _pixels(reading: Reading, rows: npt.NDArray[np.generic], encoding: str) -> Message:
     height, width = rows.shape[:2]
     return new(
         "sensor_msgs/Image",
