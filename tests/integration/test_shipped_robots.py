@@ -155,17 +155,15 @@ def afloat(robot, profile, sea=STILL, n=1, **varied):
 
 
 def check_rest(robot, profile):
-    """A boat put afloat on flat water, also a laden one, does not move by itself, but for VRX's thrust at command 0."""
-    batch, poses = afloat(robot, profile, n=2, mass=[1.0, 1.3])
+    """A boat put afloat on flat water, laden too, stays: without thrust, as VRX's is not 0 at command 0."""
+    batch, _ = afloat(robot, profile, n=2, mass=[1.0, 1.3], thrust=0.0)
     began = batch.features.copy()
     for _ in range(10):
         batch.advance(round(1.0 / batch.timestep))
-        np.testing.assert_allclose(batch.features[:, 0, 2:7], began[:, 0, 2:7], atol=1e-4)
-        drift = np.hypot(*(batch.features[:, 0, :2] - poses[:, :2]).T)
-        assert drift.max() < (1e-4 if profile == "marine" else 0.01)
+        np.testing.assert_allclose(batch.features[:, 0, :7], began[:, 0, :7], atol=1e-4)
 
 
-@pytest.mark.parametrize("robot", ["cora", "otter"])
+@pytest.mark.parametrize("robot", ["heron", "otter"])
 def test_a_boat_put_afloat_by_a_hull_of_its_own_does_not_move_by_itself(robot):
     check_rest(robot, "marine")
 
