@@ -1,5 +1,6 @@
 """A batch's rows are simulations, to the last bit, whatever the number of rows and threads."""
 
+import contextlib
 import copy
 import inspect
 import multiprocessing
@@ -217,6 +218,21 @@ def test_all_that_differs_is_named_and_what_the_world_has_is_no_difference(boat)
     assert sim.set_state(plain)
     batch.vary([0], mass=1.0, waves=1.0)
     assert sim.set_state(batch.get_state(0))
+
+
+def test_nothing_that_is_written_into_what_a_batch_returns_is_lost_in_silence(boat):
+    """An array of a property is a copy, or cannot be written to."""
+    batch = vrx_mj.Batch(boat, 2)
+    names = [name for name, own in inspect.getmembers(vrx_mj.Batch) if isinstance(own, property)]
+    arrays = [name for name in names if isinstance(getattr(batch, name), np.ndarray)]
+    before = {name: getattr(batch, name).copy() for name in arrays}
+    for name in arrays:
+        with contextlib.suppress(ValueError):  # read-only
+            getattr(batch, name)[:] = 1
+        np.testing.assert_array_equal(getattr(batch, name), before[name], err_msg=name)
+    for name in ("features", "qpos"):
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(batch, name)[0] = 1.0
 
 
 def test_a_row_that_diverges_stands_until_it_is_reset(boat):

@@ -3,9 +3,13 @@
 import numpy as np
 import pytest
 
-from fingerprints import check
+import fingerprints
+from fingerprints import WRITING, check
 from vrx_mj.rl import TeamVectorEnv, VectorEnv
+from vrx_mj.rl.problem import open_water
 from vrx_mj.rl.problems import ALONE, PROBLEMS, SCORE, TEAMS
+
+pytestmark = pytest.mark.filterwarnings("ignore:no effect of:vrx_mj.VrxWarning")  # on calm water, or without wind
 
 VARIED = {"wind_speed": (0, 6), "gusts": 1, "waves": (0.2, 1), "thrust": (0.8, 1.1), "mass": (0.9, 1.1)}
 MOVING = {"joining": 0.7, "leaving": 0.7}
@@ -34,6 +38,17 @@ def options(name):
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_a_problem_gives_what_it_gave(name):
     check_problem(name, QUICK, **options(name))
+
+
+def test_a_problem_on_calm_water_without_wind_has_a_fingerprint_too(monkeypatch, tmp_path):
+    given = VARIED | {"world": open_water(sea={"model": "none"}, wind=None)}
+    monkeypatch.setattr(fingerprints, "GOLDEN", tmp_path)
+    monkeypatch.setenv(WRITING, "1")
+    check_problem("StationKeeping", 10, **given)
+    monkeypatch.delenv(WRITING)
+    check_problem("StationKeeping", 10, **given)
+    with pytest.raises(AssertionError, match="other numbers"):
+        check_problem("StationKeeping", 10, **given | {"mass": 1.5})
 
 
 @pytest.mark.slow

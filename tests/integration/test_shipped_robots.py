@@ -142,6 +142,61 @@ def marine(robot, sea, pose=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)):
 STILL = {"model": "none"}
 
 
+def afloat(robot, profile, sea=STILL, n=1, **varied):
+    """Rows with a boat put afloat, and its poses."""
+    world = {"physics": {"profile": profile}, "sea": sea, "wind": {"objects": []}}
+    fleet = {"robot": robot, "boats": [{"name": "a", "pose": [0] * 6}], "sensors": "none"}
+    batch = vrx_mj.Batch(vrx_mj.compile_world(world, fleet=fleet), n, threads=1)
+    batch.vary(**varied)
+    batch.reset()
+    poses, velocities = batch.afloat("a", (1.0, -2.0, 0.3))
+    batch.set_boat("a", pose=poses, velocity=velocities)
+    return batch, poses
+
+
+def check_rest(robot, profile):
+    """A boat put afloat on flat water, laden too, stays: without thrust, as VRX's is not 0 at command 0."""
+    batch, _ = afloat(robot, profile, n=2, mass=[1.0, 1.3], thrust=0.0)
+    began = batch.features.copy()
+    for _ in range(10):
+        batch.advance(round(1.0 / batch.timestep))
+        np.testing.assert_allclose(batch.features[:, 0, :7], began[:, 0, :7], atol=1e-4)
+
+
+@pytest.mark.parametrize("robot", ["heron", "otter"])
+def test_a_boat_put_afloat_by_a_hull_of_its_own_does_not_move_by_itself(robot):
+    check_rest(robot, "marine")
+
+
+@pytest.mark.slow
+def test_nor_does_any_robot_in_either_profile(subtests):
+    for profile in ("vrx", "marine"):
+        for robot in ROBOTS:
+            with subtests.test(profile=profile, robot=robot):
+                check_rest(robot, profile)
+
+
+@pytest.mark.parametrize(("profile", "robot"), [("vrx", "skiff"), ("marine", "skiff"), ("marine", "otter")])
+def test_a_boat_put_afloat_rides_its_row_s_sea(profile, robot):
+    """On waves far longer than itself it floats as on flat water, as much higher as they are there."""
+    sea = {"model": "regular", "height": 1.0, "period": 15.0}
+    _, flat = afloat(robot, profile)
+    batch, poses = afloat(robot, profile, sea, n=3, wave_phases=[[0.0], [2.0], [4.0]])
+    heights = batch.sea_height(*poses[:, :2].T[..., None])[:, 0]
+    assert np.ptp(heights) > 0.5
+    np.testing.assert_allclose(poses[:, 2] - flat[0, 2], heights, atol=5e-3)
+
+
+@pytest.mark.parametrize("robot", ["cora", "wamv"])
+def test_up_to_its_greatest_mass_a_boat_with_a_hull_of_its_own_floats_and_beyond_it_does_not(robot):
+    """The hull that floats is the one that is asked: of a WAM-V, 4.2 times the weight, and of VRX's floats, 2.2."""
+    most = afloat(robot, "marine")[0].largest_masses[0]
+    batch, poses = afloat(robot, "marine", n=2, mass=[0.98 * most, 1.02 * most])
+    batch.advance(round(10.0 / batch.timestep))
+    assert batch.features[0, 0, 2] == pytest.approx(poses[0, 2], abs=2e-3)
+    assert batch.features[1, 0, 2] < batch.features[0, 0, 2] - 0.3
+
+
 @pytest.mark.parametrize("robot", ["barge_10m", "barge_4m", "blueboat", "cylinder", "heron", "otter"])
 def test_a_robot_floats_at_its_waterline_in_every_profile(robot):
     """Its origin is there, and the hull's keel as far below as its script says, within 2 mm."""

@@ -193,17 +193,17 @@ class Batch:
 
     @property
     def features(self) -> FloatArray:
-        """State of every boat, (n, boats, 13), as a view whose content changes with the next call.
+        """State of every boat, (n, boats, 13), as a read-only view whose content changes with the next call.
 
         The columns are position (3) [m, ENU] and quaternion (4) (w, x, y, z) of the boat's `base_link` origin, its
         velocity (3) [m/s] and angular velocity (3) [rad/s] in body axes.
         """
-        return self._rows.features
+        return _read_only(self._rows.features)
 
     @property
     def qpos(self) -> FloatArray:
-        """Generalized positions of MuJoCo's model in every row, (n, nq), as a view."""
-        return self._rows.qpos
+        """Generalized positions of MuJoCo's model in every row, (n, nq), a read-only view: `set_boat` moves boats."""
+        return _read_only(self._rows.qpos)
 
     @property
     def wind(self) -> FloatArray:
@@ -505,3 +505,10 @@ class Batch:
             self._channels[column].number(float(given[row, column]), f" in row {which[row]}")
         rows = self._rows
         command_rows(which, rows.runs, rows.time, np.ascontiguousarray(given), self._thrusters, self._angles, hold)
+
+
+def _read_only(array: FloatArray) -> FloatArray:
+    """A view of an array, into which nothing can be written: a row keeps its state elsewhere."""
+    view = array.view()
+    view.flags.writeable = False
+    return view

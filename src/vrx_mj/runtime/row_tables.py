@@ -6,9 +6,9 @@ Rows of worlds of free bodies alone step without MuJoCo while nothing can touch 
 import copy
 import warnings
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import mujoco
@@ -23,9 +23,11 @@ from vrx_mj.model.numbers import Number, run_numbers, with_numbers
 from vrx_mj.model.water import Sea
 from vrx_mj.model.world import Parameters
 from vrx_mj.physics.drag import has_added_moment
+from vrx_mj.physics.equilibrium import settle
 from vrx_mj.physics.free_body import FREE_BODY, free_body_row
-from vrx_mj.physics.hydrostatics import greatest_lift, settle
+from vrx_mj.physics.hydrostatics import greatest_lift
 from vrx_mj.physics.tables import Record, Table
+from vrx_mj.physics.vessel import HullMeshes
 from vrx_mj.physics.waves import surface_height
 from vrx_mj.runtime.limits import total_memory
 from vrx_mj.runtime.loop_arrays import LoopArrays, mujoco_arrays, point_models
@@ -56,9 +58,11 @@ _CHUNK = 4096
 _DT = 1e-3
 """Time between two moments from which a boat's motion with the water is found [s]."""
 _MAX_TILT = 0.5
-"""Largest roll and pitch of a boat at rest on waves [rad]; on steeper waves it starts as in calm water."""
+"""Largest roll and pitch of a boat at rest [rad]; on steeper waves it starts as in calm water."""
 _MASS_HALVINGS = 20
 """Halvings of the interval in which the largest mass is sought."""
+_MAX_LIFT = 1000.0
+"""Factor of mass beyond which no larger one is sought for a hull with a model of its own."""
 _ARGUMENT_COLUMNS: Mapping[str, tuple[str, str]] = {
     "wind_speed": ("wind", "mean"), "wind_direction": ("wind", "direction"), "gusts": ("wind", "gain"),
     "waves": ("waves", "amplitude"), "wave_period": ("waves", "frequency"), "wave_band": ("waves", "frequency"),
@@ -388,17 +392,32 @@ class Equilibrium:
         Found by halving, below the factor with which all that can be under water just carries the weight.
         """
         found, arrays = np.zeros(len(self._weights)), self._rows.arrays
+        part, calm = partial(getattr, arrays), arrays.waves[:0]
         for boat, hull in enumerate(arrays.hulls):
             least, most = 0.0, greatest_lift(hull, arrays.stations) / self._weights[boat]
+            if hull["vessel"] >= 0:
+                most = 1.0
+                while most < _MAX_LIFT and self._settles(boat, part, calm, most, np.zeros(6), 0.0):
+                    most *= 2.0
             for _ in range(_MASS_HALVINGS):
                 middle = 0.5 * (least + most)
-                weight, center = middle * self._weights[boat], self._centers[boat]
-                floats = settle(
-                    hull, arrays.stations, arrays.waves[:0], arrays.sea[0], weight, center, np.zeros(6), 0.0
-                )
+                floats = self._settles(boat, part, calm, middle, np.zeros(6), 0.0)
                 least, most = (middle, most) if floats else (least, middle)
             found[boat] = least
         return found
+
+    def _settles(
+        self, boat: int, part: Callable[[str], Any], waves: Table, mass: float, pose: FloatArray, time: float
+    ) -> bool:
+        """Whether a boat with a factor of its mass floats on waves; its height, roll and pitch go into `pose`, (6,).
+
+        `part` returns a table by its name.
+        """
+        hull = part("hulls")[boat]
+        meshes = HullMeshes(*map(part, HullMeshes._fields)) if hull["vessel"] >= 0 else None
+        water = part("stations"), part("vessels"), meshes, waves, part("sea")[0]
+        floats = settle(hull, *water, mass * self._weights[boat], self._centers[boat], pose, time)
+        return bool(floats and np.abs(pose[3:5]).max() <= _MAX_TILT)
 
     def pose(self, row: int, boat: int, place: tuple[float, float, float]) -> tuple[FloatArray, FloatArray]:
         """Pose and velocity, (6,) each, with which a boat of a row goes up and down with the water now.
@@ -406,11 +425,11 @@ class Equilibrium:
         `place` is x, y [m] and yaw [rad].
         """
         rows, time = self._rows, float(self._rows.time[row])
-        hull, stations, waves, sea = (rows.part(name, row) for name in ("hulls", "stations", "waves", "sea"))
-        weight, center = float(rows.masses[row]) * self._weights[boat], self._centers[boat]
+        part, mass = partial(rows.part, row=row), float(rows.masses[row])
+        waves, sea = part("waves"), part("sea")
 
         def settles(waves: Table, pose: FloatArray, time: float) -> bool:
-            return bool(settle(hull[boat], stations, waves, sea[0], weight, center, pose, time))
+            return self._settles(boat, part, waves, mass, pose, time)
 
         x, y, yaw = place
         level, height = sea["level"][0], surface_height(waves, sea[0], x, y, time)
@@ -419,7 +438,7 @@ class Equilibrium:
             return np.array([x, y, height, 0.0, 0.0, yaw]), velocity
         calm[2] += height - level  # the water's surface is higher here, and leans a little
         now = calm.copy()
-        if not settles(waves, now, time) or np.abs(now[3:5]).max() > _MAX_TILT:
+        if not settles(waves, now, time):
             return calm, velocity
         later = now.copy()
         if settles(waves, later, time + _DT):

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from unit.physics.rows import sea, table
-from vrx_mj.model.tables import HULL, STATION, WAVE
-from vrx_mj.physics.hydrostatics import at_rest, greatest_lift, hydrostatics, section_area, settle
+from vrx_mj.model.tables import HULL, STATION, VESSEL, WAVE
+from vrx_mj.physics.equilibrium import at_rest, settle
+from vrx_mj.physics.hydrostatics import greatest_lift, hydrostatics, section_area
 
 RADIUS, LENGTH, RHO, G = 0.2, 1.0, 1000.0, 9.8
 CALM, SEA_ROW = sea()
@@ -26,7 +27,7 @@ def hull():
 
 def settled(weight, waves=CALM, com=(0.0, 0.0, 0.1), pose=(0, 0, 0, 0, 0, 0.7), t=0.0):
     found = np.array(pose, float)
-    return settle(*hull(), waves, SEA_ROW, weight, np.array(com), found, t), found
+    return settle(*hull(), np.zeros(0, VESSEL), None, waves, SEA_ROW, weight, np.array(com), found, t), found
 
 
 @pytest.mark.parametrize("depth", [0.02, 0.1, 0.18])
