@@ -63,7 +63,7 @@ def results(shift=0.0, seeds=7):
             kind = "dock" if world == "v" else "stationkeeping"
             score = float(random.normal(place + shift, 1.0 + seed / 6))
             result = scored(who, world, seed, score, kind=kind, tracks=way, phase=phase)
-            drawn = {"wind.mean": GUSTS.drawn(seed), "current.speed": float(random.uniform(0.0, 2.0))}
+            drawn = {"wind.mean": GUSTS.value(seed), "current.speed": float(random.uniform(0.0, 2.0))}
             task = {**result.task, "num_collisions": (seed + place) % 3, "elapsed": 100.0 + seed}
             recording = "run.rrd" if seed % 2 else None
             yield replace(result, parameters=drawn, task=task, recording=recording, wall_time=1.5 * seed)

@@ -63,7 +63,7 @@ def results(shift):
             way = {"wamv": np.cumsum(random.normal(0.0, 3.0, (30, 2)), axis=0).tolist()}
             score = float(random.normal(place + shift, 1.0 + seed / 6))
             result = scored(controller, world, seed, score, kind=kind, tracks=way)
-            yield replace(result, parameters={"wind.mean": GUSTS.drawn(seed)})
+            yield replace(result, parameters={"wind.mean": GUSTS.value(seed)})
         yield failed(controller, world, 12, f"it sank in {place}")
 
 

@@ -67,6 +67,8 @@ def test_pettingzoo_s_render_test_has_nothing_to_say():
 def test_a_fleet_of_unlike_boats_passes_too():
     env = ParallelEnv("Formation", fleet=MIXED, duration=2.0, **MOVING)
     assert [env.action_space(boat).shape for boat in env.possible_agents] == [(4,), (8,), (2,)]
+    spaces = [env.action_space(boat) for boat in env.possible_agents]
+    assert all((space.low == -1.0).all() and (space.high == 1.0).all() for space in spaces)
     with strictly():
         parallel_api_test(env, num_cycles=30)
 

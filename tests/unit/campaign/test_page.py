@@ -221,6 +221,8 @@ def test_a_live_page_is_written_again_after_five_seconds_or_a_hundred_times_what
     monkeypatch.setattr("vrx_mj.campaign.page.time", SimpleNamespace(monotonic=lambda: clock[0]))
     for clock[0] in (100.0, 106.0, 106.3125, 207.0, 207.3125):
         live.refresh()
+    live.refresh(one := failed("a:f", "bay", 99, "it sank"))
+    assert live._results[one.cell].error == "it sank"
     assert written == [(100.0, True), (106.3125, True), (207.3125, True)]
 
 

@@ -104,7 +104,12 @@ def test_way_is_over_ground_ten_times_a_second():
 
 @pytest.mark.parametrize(
     ("code", "words"),
-    [(3, "ended with exit code 3"), (-signal.SIGSEGV, "was ended by SIGSEGV"), (-99, "was ended by signal 99")],
+    [
+        (1, "ended with exit code 1"),
+        (3, "ended with exit code 3"),
+        (-signal.SIGSEGV, "was ended by SIGSEGV"),
+        (-99, "was ended by signal 99"),
+    ],
 )
 def test_a_program_that_fails_fails_its_trial(code, words):
     pilot, shared = piloted(Boats())

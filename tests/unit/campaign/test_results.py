@@ -235,3 +235,8 @@ def test_a_track_is_made_simpler_by_half_as_much_again_until_it_is_short_enough(
 @pytest.mark.parametrize(("count", "kept"), [(400, 400), (401, 399)])
 def test_a_track_has_four_hundred_points_at_most(count, kept):
     assert len(simplified_track([(float(x), 5.0 * (x % 2)) for x in range(count)])) == kept
+
+
+def test_a_file_of_results_has_every_letter_as_it_is(tmp_path):
+    write_json(tmp_path / "one.json", {"boat": "größte"})
+    assert (tmp_path / "one.json").read_text(encoding="utf-8") == '{"boat": "größte"}\n'

@@ -29,7 +29,7 @@ def test_a_seed_draws_the_same_whatever_else_is_drawn_and_all_seeds_fill_the_ran
     cell = Cell("a:f", "w", 7)
     drawn = small.trial(cell).parameters
     assert drawn == {"wind.mean": large.trial(cell).parameters["wind.mean"]}
-    values = sorted(wind.drawn(seed) for seed in range(1000))
+    values = sorted(wind.value(seed) for seed in range(1000))
     assert all(2.0 <= value < 6.0 for value in values)
     off = max(abs((value - 2.0) / 4.0 - k / 1000) for k, value in enumerate(values))
     assert off < 1.95 / math.sqrt(1000)  # Kolmogorov and Smirnov, p = 0.001

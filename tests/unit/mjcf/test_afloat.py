@@ -14,11 +14,13 @@ from urdf_boats import assemble
 from vrx_mj.config.fleet import load_fleet
 from vrx_mj.config.layouts import LayoutName
 from vrx_mj.config.search import catalogue
+from vrx_mj.config.shapes import Shape
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.mjcf.afloat import _moves, boats_afloat, depth_in_land
 from vrx_mj.mjcf.build import build_boat
 from vrx_mj.mjcf.compile import compile_world
+from vrx_mj.mjcf.flotation import _extent
 from vrx_mj.mjcf.objects import place_docks, place_objects
 
 BOX = assemble()  # 4 m long, 1 m wide
@@ -203,3 +205,16 @@ def test_a_boat_s_outline_is_turned_by_its_heading(yaw, aground):
     x, y = 4.0 * math.cos(0.5), 4.0 * math.sin(0.5)
     rock = [(x - 0.3, y - 0.3), (x + 0.3, y - 0.3), (x + 0.3, y + 0.3), (x - 0.3, y + 0.3)]
     assert (depth_in_land(corners, (0.0, 0.0, 0.0, 0.0, 0.0, yaw), [rock]) > 0.0) == aground
+
+
+@pytest.mark.parametrize(
+    ("sizes", "half"),
+    [
+        ({"type": "box", "size": (2.0, 1.0, 0.5)}, (1.0, 0.5, 0.25)),
+        ({"type": "sphere", "radius": 0.2}, (0.2, 0.2, 0.2)),
+        ({"type": "cylinder", "radius": 0.2, "length": 1.0}, (0.2, 0.2, 0.5)),
+        ({"type": "capsule", "radius": 0.2, "length": 1.0}, (0.2, 0.2, 0.7)),
+    ],
+)
+def test_a_shape_reaches_as_far_as_its_sizes_say(sizes, half):
+    assert _extent(Shape(**sizes)) == (tuple(-edge for edge in half), half)

@@ -47,6 +47,12 @@ def test_a_tide_draws_an_ellipse():
     assert (turns > 0.0).all()  # counter-clockwise
 
 
+def test_a_tide_begins_along_its_major_axis_on_top_of_the_mean():
+    tide = stream(mean=(0.1, 0.2), tide_major=(0.3, -0.6), tide_minor=(0.5, 0.7), tide_frequency=0.4)
+    assert current_velocity(*tide, EVEN, 0.0, 0.0) == pytest.approx((0.4, -0.4))
+    assert current_velocity(*tide, EVEN, 0.0, 0.5 * math.pi / 0.4) == pytest.approx((0.6, 0.9))
+
+
 def test_the_phase_of_a_tide_is_how_far_it_has_gone_at_the_start():
     fields = {"tide_major": (0.3, 0.6), "tide_minor": (-0.2, 0.1), "tide_frequency": 0.4}
     ahead, later = stream(**fields, tide_phase=0.7), stream(**fields)
