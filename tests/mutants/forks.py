@@ -18,7 +18,7 @@ _CONTEXT = multiprocessing.get_context("forkserver")
 _CONTEXT.set_forkserver_preload(HEAVY)
 
 
-TIMEOUT_FACTOR = 20.0
+TIMEOUT_FACTOR = 4.0
 """Wall time over processor time that is waited for: the machine may have other work."""
 
 
