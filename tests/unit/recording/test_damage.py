@@ -458,10 +458,10 @@ def test_a_moment_is_a_number_and_states_are_those_until_it(recording):
 
 def test_rows_of_a_state_that_had_diverged_are_left_out(recording):
     record = read_record(recording)
-    assert record.sound() is record
+    assert record.without_divergence() is record
     rows = record.rows.copy()
     rows[-1, 20] = np.inf
-    found = replace(record, rows=rows).sound()
+    found = replace(record, rows=rows).without_divergence()
     assert np.array_equal(found.rows, record.rows[:-1])
     assert np.array_equal(found.row_companies, record.row_companies[:-1])
 

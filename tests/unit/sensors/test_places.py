@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from vrx_mj.config.sensors import P3dConfig, PingerConfig
 from vrx_mj.frames import conjugate, quaternion, quaternion_product, rotation, rotation_vector
-from vrx_mj.sensors import sound, truth
+from vrx_mj.sensors import sense_sound, truth
 from vrx_mj.sensors.instruments import Draw
 from vrx_mj.sensors.readings import Mount, Place, place_of_mount
 
@@ -93,7 +93,7 @@ def at(*position, roll=0.0, pitch=0.0, yaw=0.0):
 
 
 def heard(config, place, beacon, draw=DRAW):
-    found = sound(config, place, np.array(beacon, float), draw)
+    found = sense_sound(config, place, np.array(beacon, float), draw)
     return found.range, found.bearing, found.elevation
 
 
