@@ -34,7 +34,6 @@ from vrx_mj.spectra import (
 _M2 = 44714.16
 """Period of the principal lunar tide [s]: 12 h 25 min 14 s."""
 _SPECTRA = tuple(SPECTRA)
-_PEAKED = tuple(name for name, kind in SPECTRA.items() if "gamma" in kind.keys)
 _REGULAR = tuple(REGULAR)
 GRAVITY = 9.81
 """For the height at which waves break [m/s2]; a world's own is within 1 %."""
@@ -246,6 +245,10 @@ _Direction = Annotated[
 ]
 
 
+def _spectra_with(key: str) -> tuple[str, ...]:
+    return tuple(name for name, kind in SPECTRA.items() if key in kind.keys)
+
+
 class SeaConfig(InFolder):
     """The waves: VRX's, with the parameters, meanings and defaults of its `ocean_waves`, or those of a spectrum."""
 
@@ -281,7 +284,7 @@ class SeaConfig(InFolder):
     """Peak period of a spectrum [s]; by default that of a fully developed sea, 5 s at a height of 1 m."""
     sea_state: Annotated[Annotated[int, Field(ge=0, lt=len(SEA_STATES))] | None, Only("model", _SPECTRA)] = None
     """Sea state 0 to 6 (WMO code table 3700) instead of a height: 0, 0.05, 0.3, 0.875, 1.875, 3.25 or 5 m."""
-    gamma: Annotated[float, Field(ge=1, le=20), Only("model", _PEAKED)] = 3.3
+    gamma: Annotated[float, Field(ge=1, le=20), Only("model", _spectra_with("gamma"))] = 3.3
     """Peak enhancement of `jonswap` and `tma`."""
     spreading: Annotated[Annotated[float, Field(gt=0, le=1000)] | None, Only("model", _SPECTRA)] = None
     """Exponent s of the directional spreading cos^(2 s)(theta / 2) of a spectrum; by default all waves travel in the

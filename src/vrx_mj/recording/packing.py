@@ -273,7 +273,9 @@ def plain_rows(rows: FloatArray) -> bytes:
 
 
 def pack_rows(rows: FloatArray, bodies: Bodies = (), timestep: float = 1.0) -> bytes:
-    """Bytes of (n, columns) rows, n > 0; of `bodies` poses follow from velocities, `timestep` [s] by timestep."""
+    """Bytes of (n, columns) rows; of `bodies` poses are predicted from velocities, `timestep` [s] by timestep."""
+    if not len(rows):
+        return plain_rows(rows)
     return HEADER.pack(len(rows), rows.shape[1] | _CODED << WIDTH_BITS) + _coded_rows(rows, bodies, timestep)
 
 
