@@ -259,9 +259,9 @@ class Problem(RowArrays, ABC):
     """What a boat observes of the task, in its own axes."""
     boats: ClassVar[int] = 1
     """Number of boats by default."""
-    told: ClassVar[tuple[str, ...]] = ()
+    step_facts: ClassVar[tuple[str, ...]] = ()
     """Facts of a step for `info`: names of attributes without their underscore."""
-    drawn: ClassVar[tuple[str, ...]] = ()
+    start_facts: ClassVar[tuple[str, ...]] = ()
     """What `start` draws for `info`, named likewise."""
     fixed: ClassVar[bool] = True
     """Whether there must be exactly so many boats, all the time."""
@@ -295,11 +295,11 @@ class Problem(RowArrays, ABC):
 
     def facts(self) -> Facts:
         """Facts of a step for `info`, (n,) or (n, boats) each; who keeps them copies them."""
-        return {name: getattr(self, f"_{name}") for name in self.told}
+        return {name: getattr(self, f"_{name}") for name in self.step_facts}
 
     def episode_facts(self) -> Facts:
         """What `start` drew, (n, ...) each: for the `info` of an episode's beginning, which copies it."""
-        return {name: getattr(self, f"_{name}") for name in self.drawn}
+        return {name: getattr(self, f"_{name}") for name in self.start_facts}
 
     def forfeit(self, left: IntArray) -> FloatArray:
         """What each boat forfeits that is lost, (n, boats), with so many steps of its episode left, (n,).

@@ -32,7 +32,7 @@ class StationKeeping(Problem):
     duration = 60.0
     row_arrays = ("_goal", "_error", "_sum", "_steps")
     entries = (*point("goal", 10.0), *point("goal", 1.0), *turn_to("the goal's heading"))  # fmt: skip
-    drawn = ("goal",)
+    start_facts = ("goal",)
 
     def __init__(self, rows: Rows) -> None:
         super().__init__(rows)
@@ -183,7 +183,7 @@ class FollowPath(Course):
         *point("middle of the next gate", 10.0),
         Entry("whether a gate follows the present one", 1.0),
     )  # fmt: skip
-    told = ("passed", "missed")
+    step_facts = ("passed", "missed")
 
     def __init__(self, rows: Rows) -> None:
         super().__init__(rows)

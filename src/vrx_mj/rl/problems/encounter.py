@@ -146,7 +146,7 @@ class Encounter(Problem):
         Entry("whether this boat has to keep clear", 1.0), Entry("whether the boats have passed", 1.0),
     )  # fmt: skip
     boats = 2
-    told, drawn = ("role", "closest", "passed", "collided"), ("goals",)
+    step_facts, start_facts = ("role", "closest", "passed", "collided"), ("goals",)
 
     def __init__(self, rows: Rows) -> None:
         super().__init__(rows)

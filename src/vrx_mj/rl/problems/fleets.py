@@ -68,7 +68,7 @@ class Formation(Problem):
         *turn_to("the leader's course"),
     )  # fmt: skip
     boats, fixed = 4, False
-    told, drawn = ("off",), ("leader", "leader_speed", "slots")
+    step_facts, start_facts = ("off",), ("leader", "leader_speed", "slots")
 
     def __init__(self, rows: Rows) -> None:
         super().__init__(rows)
@@ -160,7 +160,7 @@ class Rendezvous(Problem):
         *point("second place", 10.0),
     )  # fmt: skip
     boats, fixed = 4, False
-    drawn = ("places", "drift")
+    start_facts = ("places", "drift")
 
     def __init__(self, rows: Rows) -> None:
         super().__init__(rows)
