@@ -37,6 +37,8 @@ def check(file: str, key: str, *, rounding: float = ROUNDING, **parts: object) -
     path = GOLDEN / f"{file}.json"
     if os.environ.get(WRITING):
         kept = json.loads(path.read_text(encoding="utf-8")) if path.exists() else MADE_BY
+        before = kept.get(key, {})
+        found |= {name: before[name] for name in found if _equal(before.get(name), found[name], rounding)}
         rows = (f"{json.dumps(name)}: {json.dumps(row)}" for name, row in sorted((kept | {key: found}).items()))
         path.parent.mkdir(exist_ok=True)
         path.write_text("{\n" + ",\n".join(rows) + "\n}\n", encoding="utf-8")

@@ -5,6 +5,7 @@ import warnings
 
 import numpy as np
 import pytest
+import yaml
 
 import vrx_mj
 from integration.sailing import CALM, boats, object_kinds, same_bits
@@ -17,6 +18,11 @@ from vrx_mj.packages import root
 
 JAGGED = {"gain": 2.0, "period": 2.0, "direction": [1.0, 0.0]}
 """The roughest sea of VRX 2023."""
+
+TUB = """<robot name="raft"><link name="base_link">
+  <inertial><mass value="15"/><inertia ixx="0.4" iyy="1" izz="1.3" ixy="0" ixz="0" iyz="0"/></inertial>
+  <collision><geometry><box size="0.9 0.45 0.3"/></geometry></collision>
+</link></robot>"""
 
 # Defaults
 
@@ -65,6 +71,23 @@ def test_without_a_command_nothing_pushes():
     sim = sailing()
     sim.advance(10)
     assert not sim.forces("a")["thrust"].any()
+
+
+@pytest.mark.parametrize("profile", ["vrx", "vrx3", "marine"])
+def test_a_robot_of_any_profile_may_take_newtons(profile, tmp_path):
+    (tmp_path / "raft.urdf").write_text(TUB, encoding="utf-8")
+    engine = {"propeller": "base_link", "mapping": "newtons", "max_force_forward": 6, "max_force_reverse": -4}
+    raft = {"urdf": str(tmp_path / "raft.urdf"), "thrusters": {"screw": engine}}
+    (tmp_path / "raft.yaml").write_text(yaml.safe_dump(raft), encoding="utf-8")
+    fleet = {"boats": [{"name": "a", "robot": str(tmp_path / "raft.yaml"), "pose": [0, 0, 0, 0, 0, 0]}]}
+    with warnings.catch_warnings(action="ignore", category=VrxWarning):  # of what the sheet of the hull is derived from
+        world = vrx_mj.compile_world({"sea": CALM, "physics": {"profile": profile}}, fleet=fleet)
+    assert world.parameters.thrusters[0].command_limits == (-4.0, 6.0)
+    sim = vrx_mj.Simulation(world)
+    for command, force in ((3.0, 3.0), (20.0, 6.0), (-20.0, -4.0)):
+        sim.command("a", screw=command)
+        sim.advance(1)
+        assert sim.forces("a")["thrust"][0] == pytest.approx(force, rel=1e-6)
 
 
 def test_engines_steer_as_far_as_their_joints():

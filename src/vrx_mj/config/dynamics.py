@@ -184,9 +184,9 @@ class ThrusterConfig(Config):
     """VRX's usv_gazebo_thrust_plugin: from commands to forces."""
 
     mapping: Literal["linear", "glf", "newtons"]
-    """Meaning of a command: a share of the largest force, that on VRX's curve, or the force, as in profile vrx3."""
+    """Meaning of a command: a share of the largest force, that on VRX's generalised logistic curve, or newtons."""
     max_command: Annotated[Positive, NumberOf(Thruster, "max_command")] = 1.0
-    """Command that gives the maximum force."""
+    """Unit of commands: `glf` divides a command by it, `linear` divides by it twice, as VRX does."""
     max_force_forward: Annotated[float, NumberOf(Thruster, "max_forward")] = 250.0
     max_force_reverse: Annotated[float, NumberOf(Thruster, "max_reverse")] = -100.0
     timeout: Annotated[float, NumberOf(Thruster, "timeout")] = 1.0

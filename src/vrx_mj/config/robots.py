@@ -7,7 +7,7 @@ whose YAML, if it has one, is called as itself: `my_boat.yaml` goes with `my_boa
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar
 
 from pydantic import BeforeValidator, Field
 
@@ -59,8 +59,8 @@ Arguments = Annotated[dict[str, str], BeforeValidator(_scalars)]
 class ThrusterEntry(ThrusterConfig):
     """A thruster, by the names of its links and joints in the URDF."""
 
-    mapping: Literal["linear", "glf"]
-    """Mapping from command to force: proportional (`linear`), or VRX's generalised logistic curve (`glf`)."""
+    max_command: Annotated[Positive, NumberOf(Thruster, "max_command"), Only("mapping", ("linear", "glf"))] = 1.0
+    """Unit of commands: `glf` divides a command by it, `linear` divides by it twice, as VRX does."""
     propeller: str
     """Link at whose origin the thrust acts, along its x axis."""
     joint: str | None = None

@@ -261,6 +261,10 @@ BLOCKS = {
         "mapping": "glf", "max_command": 2, "max_force_forward": 300, "max_force_reverse": -200, "timeout": 2,
         "max_angle": 0.5, "propeller": "blade", "servo": {"kp": 1, "kd": 1, "effort": 1, "velocity": 1},
     }),
+    "thruster.mapping": Block(ThrusterEntry, thruster, {"linear": {}, "glf": {}, "newtons": {}}, {
+        "max_command": 2, "max_force_forward": 300, "max_force_reverse": -200, "timeout": 2, "propeller": "blade",
+        "joint": "steering", "max_angle": 0.5, "servo": {"kp": 1, "kd": 1, "effort": 1, "velocity": 1},
+    }),
     "rudder.propeller": Block(RudderEntry, rudder, {
         "": {}, "main": {"propeller_diameter": 0.5},
     }, {
@@ -295,8 +299,7 @@ FREE = {
     "FleetConfig.headings", "FleetConfig.heading", "FleetConfig.origin", "HoleConfig.size", "Layout.headings",
     "Layout.heading", "Rules.release",
     "_JoiningBoat.ais", "_JoiningBoat.engines",
-    "StationkeepingTask.type", "TargetConfig.size", "ThrusterConfig.mapping", "ThrusterEntry.mapping", "_Built.ais",
-    "_Built.engines",
+    "StationkeepingTask.type", "TargetConfig.size", "_Built.ais", "_Built.engines",
     "WindageConfig.vessel", "PhysicsConfig.profile",
 }  # fmt: skip
 """Choices with which no other key of theirs has another meaning; that of the profile is tried with sea and wind."""
