@@ -185,7 +185,7 @@ class TrialProcess:
         self._end_groups()
         self.is_over = True
         if found is None and math.isfinite(self._begun):
-            hung = reason or (self._hung() if late > -0.1 else None)
+            hung = reason or (self._timeout_text() if late > -0.1 else None)
             state: State = "lost" if hung is None and self._process.exitcode == -_SIGKILL else "failed"
             error = f"at t = {self._shared[REACHED]:g} s: {hung or _exit_text(self._process.exitcode)}"
             took = time.monotonic() - self._begun
@@ -217,7 +217,7 @@ class TrialProcess:
             return (self._folder / LOG).stat().st_size > _MOST_LOG
         return False
 
-    def _hung(self) -> str:
+    def _timeout_text(self) -> str:
         """The error of a trial whose time was up, with the line where it was then."""
         text = f"not finished after {self._shared[ALLOWED]:g} s of wall time"
         start = f'  File "{Path.cwd()}{os.sep}'.encode("ascii", "backslashreplace")  # as faulthandler writes it

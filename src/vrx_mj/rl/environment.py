@@ -75,7 +75,7 @@ class LostBoats(RowArrays):
         self._batch = batch
         self.seen: SeenRows = batch
         self.sea_height: Callable[[FloatArray, FloatArray], FloatArray] = batch.sea_height
-        """Of the sea at the boats, (n, boats) [m], by their x and y."""
+        """Height of the sea [m] at x and y of boats, (n, boats) each."""
         self._rest = np.zeros((batch.n, len(batch.boats)))
 
     def launch(self, boat: int, rows: IntArray, spots: FloatArray) -> None:
