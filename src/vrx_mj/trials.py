@@ -110,7 +110,7 @@ class SimulatedVessel:
 
     @property
     def helm(self) -> str:
-        """What the helm is, in words."""
+        """Description of the helm."""
         if self._rudders:
             degrees = math.degrees(max(self._rudders.values()))
             return f"{', '.join(sorted(self._rudders))}: up to {degrees:.3g} degrees"
@@ -271,7 +271,7 @@ def approach(vessel: Vessel, power: float) -> list[VesselState]:
 
 
 def approach_remarks(states: list[VesselState]) -> tuple[str, ...]:
-    """What is wrong with the end of an approach: the vessel turns with its helm midships."""
+    """Remarks about an approach at whose end the vessel turns with its helm midships."""
     rate = float(np.mean([state.yaw_rate for state in states[-round(_STEADY_TIME / _SAMPLE_TIME) :]]))
     if abs(rate) <= _STRAIGHT:
         return ()
@@ -368,15 +368,11 @@ def zigzag(vessel: Vessel, *, power: float = 1.0, helm: float = 0.5, angle: floa
     overshoots += [math.nan] * (2 - len(overshoots))
     times = [float(track.time[turn]) for turn in turns] + [math.nan] * (4 - len(turns))
     figures = {
-        "first_overshoot": Figure(
-            overshoots[0], "deg", "heading beyond the angle after the first reversal of the helm"
-        ),
-        "second_overshoot": Figure(
-            overshoots[1], "deg", "heading beyond the angle after the second reversal of the helm"
-        ),
+        "first_overshoot": Figure(overshoots[0], "deg", "heading beyond the angle after the helm's first reversal"),
+        "second_overshoot": Figure(overshoots[1], "deg", "heading beyond the angle after its second reversal"),
         "initial_turning_time": Figure(times[0], "s", "time until the heading has changed by the angle"),
         "reach": Figure(_reach(track, turns), "s", "time until the heading is that of the approach again"),
-        "period": Figure(times[2] - times[0], "s", "time between the first and the third reversal of the helm"),
+        "period": Figure(times[2] - times[0], "s", "time between the helm's first and third reversals"),
     }
     curves = {"heading": (track.time, degrees), "helm, full is 35": (track.time, 35.0 * track.helm)}
     axes = "time [s]", "angle [degrees]"
@@ -408,9 +404,8 @@ def pull_out(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
         track = track_of(states, [0.0] * len(states))
         residual = float(np.mean(track.yaw_rate[-round(_STEADY_TIME / _SAMPLE_TIME) :]))
         figures[f"rate_{name}"] = Figure(math.degrees(before), "deg/s", f"rate of the turn to {name}")
-        figures[f"residual_{name}"] = Figure(
-            math.degrees(residual), "deg/s", f"rate of turn that is left 60 s after the turn to {name}"
-        )
+        meaning = f"rate of turn that is left 60 s after the turn to {name}"
+        figures[f"residual_{name}"] = Figure(math.degrees(residual), "deg/s", meaning)
         curves[f"after a turn to {name}"] = (track.time, np.degrees(track.yaw_rate))
         tracks.append(track)
     return Trial("pull-out", figures, curves, ("time [s]", "rate of turn [deg/s]"), tracks[0])
@@ -468,13 +463,12 @@ def crash_stop(vessel: Vessel, *, power: float = 1.0, astern: float = 1.0) -> Tr
     stopped = states[-1].surge <= 0.0
     end = [float(values[-2] + share * (values[-1] - values[-2])) for values in (track.time, track.x, track.y)]
     way = float(pieces[:-1].sum() + share * pieces[-1])
-    nan = float("nan")
     figures = {
         "speed": Figure(begun[-1].surge, "m/s", "speed of the approach"),
-        "stopping_time": Figure(end[0] if stopped else nan, "s", "time until it is dead in the water"),
-        "track_reach": Figure(way if stopped else nan, "m", "distance along the track"),
-        "head_reach": Figure(end[1] if stopped else nan, "m", "distance along the line of approach"),
-        "lateral_deviation": Figure(end[2] if stopped else nan, "m", "distance to port of the line of approach"),
+        "stopping_time": Figure(end[0] if stopped else math.nan, "s", "time until it is dead in the water"),
+        "track_reach": Figure(way if stopped else math.nan, "m", "distance along the track"),
+        "head_reach": Figure(end[1] if stopped else math.nan, "m", "distance along the line of approach"),
+        "lateral_deviation": Figure(end[2] if stopped else math.nan, "m", "distance to port of the line of approach"),
     }
     curves, axes = {"speed": (track.time, track.surge)}, ("time [s]", "speed ahead [m/s]")
     return Trial("crash-stop", figures, curves, axes, track, approach_remarks(begun))

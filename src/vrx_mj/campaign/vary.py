@@ -20,8 +20,8 @@ from vrx_mj.runtime.batch import Batch
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _RANGE = re.compile(rf"\s*([^=\s]+)\s*=\s*({_NUMBER})\s*\.\.\s*({_NUMBER})\s*")
 _KEYS = {
-    f"{section}.{key}": f"{section}.{mark.name}"
-    for section, config, record in (
+    f"{own}.{key}": f"{own}.{mark.name}"
+    for own, config, record in (
         ("sea", SeaConfig, Sea),
         ("current", CurrentConfig, Current),
         ("wind", WindConfig, Wind),
@@ -65,15 +65,10 @@ def parse_vary(texts: Iterable[str]) -> tuple[Quantity, ...]:
         quantity = Quantity(match[1], float(match[2]), float(match[3]))
         if quantity.high <= quantity.low:
             raise CommandError(f"invalid --vary '{text}': the range is empty; write the smaller number first")
-        if any(_number(name) == _number(quantity.name) for name in found):
+        if _KEYS.get(quantity.name, quantity.name) in {_KEYS.get(name, name) for name in found}:
             raise CommandError(f"--vary {quantity.name} is given twice")
         found[quantity.name] = quantity
     return tuple(found.values())
-
-
-def _number(name: str) -> str:
-    """Name of a number, or a pattern of names, for what may be a key of world files."""
-    return _KEYS.get(name, name)
 
 
 def check_vary(quantities: Iterable[Quantity], worlds: Iterable[str], fleet: str | None = None) -> tuple[Quantity, ...]:
@@ -115,16 +110,16 @@ def numbers_by_name(world: World, values: Mapping[str, float]) -> dict[str, floa
     Raises:
         CommandError: it has none of a name.
     """
-    return {name: value for quantity, value in values.items() for name in _names(world.name, world.numbers, quantity)}
+    return {name: value for quantity, value in values.items() for name in _names(world, quantity)}
 
 
-def _names(world: str, known: Mapping[str, object], name: str) -> list[str]:
-    """Names of the numbers that a name or a pattern means."""
-    found = fnmatch.filter(known, _number(name))
+def _names(world: World, name: str) -> list[str]:
+    """Names of the world's numbers that a name or a pattern means."""
+    found = fnmatch.filter(world.numbers, _KEYS.get(name, name))
     if not found and name == "sea.significant_height":
         text = "is flat or a Stokes wave; give it `sea: {model: jonswap, significant_height: 0.3}`"
-        raise CommandError(f"--vary {name}: the sea of {world} {text}")
+        raise CommandError(f"--vary {name}: the sea of {world.name} {text}")
     if not found:
-        unknown = UnknownNameError("parameter", name, [*known, *_KEYS])
-        raise CommandError(f"--vary {name}: world {world} has {unknown}; vrx_mj.parameters lists all")
+        unknown = UnknownNameError("parameter", name, [*world.numbers, *_KEYS])
+        raise CommandError(f"--vary {name}: world {world.name} has {unknown}; vrx_mj.parameters lists all")
     return found

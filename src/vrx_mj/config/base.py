@@ -89,10 +89,8 @@ class Only(NamedTuple):
         chosen, *known = (literal(each).strip("'") for each in (selected, *self.values))
         if allowed:
             return fault(f"required for `{self.selector}: {chosen}`")
-        condition = f"without `{self.selector}`" if selected is None else f"for `{self.selector}: {chosen}`"
-        return fault(
-            f"not allowed {condition}{f'; allowed for {one_of(known)}' if known else ''}", selector=self.selector
-        )
+        where = f"without `{self.selector}`" if selected is None else f"for `{self.selector}: {chosen}`"
+        return fault(f"not allowed {where}{f'; allowed for {one_of(known)}' if known else ''}", selector=self.selector)
 
 
 class Config(BaseModel):

@@ -189,7 +189,7 @@ class Docking(Skipper):
         return self._go(now, place) if distance > 3.0 else self.stop(now, seen.to(*face.place)[1])
 
     def _view(self, seen: Estimate) -> tuple[Face, Point] | None:
-        """What to look at next, and where from: an unread face, from before it, or the back of one that was read."""
+        """The next thing to look at, and the place for it: in front of an unread face, or behind one that was read."""
         known = [face for face in self.lookout.faces if self._roam.may_be_course(face.place, math.inf)]
         unread = [face for face in known if not face.symbol and face.looks < 5 and face.tried < _FACE_PATIENCE]
         views = [(face, face.ahead(LINE_UP + 2.0)) for face in unread]

@@ -364,12 +364,12 @@ class DockLookout:
 
     @property
     def faces(self) -> list[Face]:
-        """What may be placards: seen more than three times."""
+        """Faces that may be placards: seen more than three times."""
         return [face for face in self._map.faces if face.seen > 3]
 
     @property
     def towers(self) -> list[Tower]:
-        """What may be light buoys: seen more than three times, not given up, and no placard's edge."""
+        """Towers that may be light buoys: seen more than three times, not rejected, and not the edge of a placard."""
         known = [tower for tower in self._towers if tower.seen > 3 and not tower.rejected]
         return [tower for tower in known if all(math.dist(tower.place, face.place) > 2.5 for face in self._map.faces)]
 
@@ -436,9 +436,7 @@ class DockLookout:
         """Read the symbols that can be read from here, and see which towers are lit."""
         boat, seen, _, t = now
         signs = [face for face in self._map.faces if _legible(face, seen)]
-        towers = [
-            tower for tower in self.towers if not tower.is_lit and tower.looks < _GLANCES and _in_view(tower, seen)
-        ]
+        towers = [one for one in self.towers if not one.is_lit and one.looks < _GLANCES and _in_view(one, seen)]
         camera = camera_ahead(boat)
         if not (signs or towers) or camera is None:
             return

@@ -29,7 +29,7 @@ def check_driver(remedy: str = 'take vrx_mj.Batch(engine="free"), or device="cpu
 
 
 class RowsObserved(NamedTuple):
-    """What a learner needs of rows, arrays on the device that stay where they are."""
+    """Observations of rows for a learner: arrays on the device whose addresses do not change."""
 
     features: FloatArray
     """(n, boats, 13): `vrx_mj.Batch.features`."""

@@ -17,10 +17,10 @@ from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, first_lines, 
 from vrx_mj.foreign import budget
 from vrx_mj.formats.gazebo.sdf_boats import read_boat
 from vrx_mj.formats.parts.read import load_parts, wamv_urdf
-from vrx_mj.formats.urdf.expand import Arguments, ExpandedText, check_library, expand, has_xacro, own_packages
+from vrx_mj.formats.urdf.expand import Arguments, ExpandedText, check_library, expand, own_packages
 from vrx_mj.formats.urdf.model import Urdf
 from vrx_mj.formats.urdf.reader import MeshFiles, in_namespace, read_urdf, with_file_uris
-from vrx_mj.formats.urdf.xml_document import read_bytes
+from vrx_mj.formats.urdf.xml_document import has_xacro, read_bytes
 from vrx_mj.mjcf.boats import Boat, assemble_boat, with_places
 from vrx_mj.mjcf.flotation import DENSITY, LINES, Derived, derived_floats, derived_lines
 from vrx_mj.packages import root

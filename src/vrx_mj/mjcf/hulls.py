@@ -382,7 +382,7 @@ def _strips(config: CrossFlowConfig | None, level: float, density: float) -> tup
 
 
 def _stiffness(config: MarineHullConfig, body: MassProperties, point: FloatArray) -> dict[str, Any]:
-    """What a vessel has of a published model's restoring forces."""
+    """Fields of a vessel from a published model's restoring forces."""
     stiff = np.array(config.restoring)
     return {
         "hydrostatics": MATRIX,

@@ -32,18 +32,10 @@ from vrx_mj.formats.gazebo.sdf_objects import model_section
 from vrx_mj.formats.gazebo.worlds import gazebo_world, is_gazebo_world
 from vrx_mj.formats.series.worlds import section_text
 from vrx_mj.formats.urdf.elements import unused_name
-from vrx_mj.formats.urdf.expand import (
-    Arguments,
-    ExpandedText,
-    check_library,
-    declared_names,
-    expand,
-    has_xacro,
-    own_packages,
-)
+from vrx_mj.formats.urdf.expand import Arguments, ExpandedText, check_library, declared_names, expand, own_packages
 from vrx_mj.formats.urdf.expand import arguments as declared_arguments
 from vrx_mj.formats.urdf.reader import MeshFiles, with_mesh_names
-from vrx_mj.formats.urdf.xml_document import file_error, read_bytes
+from vrx_mj.formats.urdf.xml_document import file_error, has_xacro, read_bytes
 from vrx_mj.packages import root
 
 TABLE = "import.md"

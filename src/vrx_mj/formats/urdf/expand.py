@@ -50,11 +50,6 @@ _FIND = re.compile(r"find\(\s*['\"]([\w.-]{1,200})['\"]\s*\)")
 _FOUND = re.compile(r"\$\(find ([\w.-]{1,200})\)")
 
 
-def has_xacro(text: str) -> bool:
-    """Whether a description has anything that xacro would expand."""
-    return any(mark in text for mark in ("<xacro:", "${", "$("))
-
-
 def own_packages() -> dict[str, Path]:
     """The packages among our robots: every folder with a `package.xml`, by the name it has there."""
     found = (file.parent for file in sorted((root() / "assets" / "robots").rglob("package.xml")))

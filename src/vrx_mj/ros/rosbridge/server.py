@@ -311,10 +311,9 @@ class Client:
         if name not in self._topics:
             self._hub.topics.check(name, type_name)
             self._hub.graph.register("publisher", name, node_name(self.number), type_name, latched=latch)
-            self._topics[name] = Advertised(type_name, latch)
         elif self._topics[name].type != type_name:
             raise CommandError(f"topic {name} is a {self._topics[name].type}, not a {type_name}")
-        self._topics[name].latch = latch  # advertised again: the message that is kept still counts
+        self._topics.setdefault(name, Advertised(type_name, latch)).latch = latch  # what is kept still counts
 
     def _unadvertise(self, message: Operation) -> None:
         name = absolute(text(message, "topic"))

@@ -504,7 +504,7 @@ class Localization:
         return {"ll_point": self._geodetic(self._origin + self._axes @ point)}
 
     def _set_datum(self, request: Message) -> None:
-        """Have the frame begin at another place, its x axis along the heading that is given, from east."""
+        """Move the frame's origin, and turn its x axis to a heading from east."""
         place, turn = self._place(request.geo_pose.position), request.geo_pose.orientation
         if not math.isfinite(turn.x + turn.y + turn.z + turn.w):
             raise CommandError(f"invalid orientation of the datum of {self._boat}: finite numbers are needed")
