@@ -1,4 +1,4 @@
-"""The user's folder for what can be made again if it is lost: compiled kernels, and answers of readers."""
+"""The user's cache folder: compiled kernels and answers of readers, which are made again if they are lost."""
 
 import contextlib
 import os
@@ -36,9 +36,9 @@ class _Candidate(NamedTuple):
 
 
 def chosen_folder(name: str) -> Choice:
-    """The first candidate in which a folder `name` can be written by this user alone; it is made.
+    """Make a folder `name` in the first place where this user alone can write to it.
 
-    Tried in order: `VRX_MJ_CACHE`, the user's cache folder, the temporary folder.
+    The places, in order: `VRX_MJ_CACHE`, the user's cache folder, the temporary folder.
     """
     refused: list[str] = []
     for candidate in _candidates():
@@ -70,8 +70,8 @@ def insecure(folder: Path) -> str | None:
             mode, owner = step.lstat().st_mode, step.lstat().st_uid
             if owner not in trusted:
                 return f"{step} belongs to another user"
-            apart = mode & stat.S_ISVTX and step != last  # in /tmp each keeps what it made
-            if mode & _WRITE_BY_OTHERS and not (stat.S_ISLNK(mode) or apart):
+            is_sticky = mode & stat.S_ISVTX and step != last  # in /tmp each keeps what it made
+            if mode & _WRITE_BY_OTHERS and not (stat.S_ISLNK(mode) or is_sticky):
                 return f"others can write to {step}"
     except OSError:  # from here on there is nothing yet
         return None

@@ -49,7 +49,7 @@ def shorten(text: object, most: int = LONGEST_NAME) -> str:
 
 
 def _cut_arguments(arguments: tuple[object, ...]) -> tuple[object, ...]:
-    """What an error is made with, its texts cut to lines of a bounded length."""
+    """Arguments of an error, with texts cut to lines of a bounded length."""
     return tuple(_cut_text(each) if isinstance(each, str) else each for each in arguments)
 
 

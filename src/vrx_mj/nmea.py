@@ -354,14 +354,14 @@ class Instruments:
         return self._now
 
     def sentences(self, boat: str) -> Sequence[Sentence]:
-        """What a boat's instruments write at this moment; UnknownNameError if no boat has that name."""
+        """Sentences of a boat's instruments at this moment; UnknownNameError if no boat has that name."""
         time = self._update_time()
         if self._written.get(boat, (-1.0, ()))[0] != time:
             self._written[boat] = time, [*self._write(boat, time)]
         return self._written[boat][1]
 
     def reports(self, boat: str) -> Sequence[Sentence]:
-        """What all other vessels report by AIS at this moment, in a world with a georeference."""
+        """AIS reports of all other vessels at this moment, in a world with a georeference."""
         time = self._update_time()
         if self._schedule.take("AIS", 1.0 / PERIOD, time):
             self._heard = time, [*self._transmit(time)]
@@ -410,7 +410,7 @@ class Instruments:
                         yield sentence
 
     def _transmit(self, time: float) -> Iterator[tuple[str, Sentence]]:
-        """What the transponders of all boats send, each with its boat."""
+        """AIS messages of the transponders of all boats, each with its boat."""
         parameters, seen = self._sim.world.parameters, self._sim.observe()
         earth, known = parameters.georeference, self._transponders
         if earth is None:

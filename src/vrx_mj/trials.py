@@ -34,7 +34,7 @@ _CIRCLE_ANGLE = 3.0 * math.pi
 _STEPS = 8
 """Helm settings of a spiral between midships and full helm."""
 MODES = {"heave": 0.1, "roll": math.radians(10.0), "pitch": math.radians(5.0)}
-"""How far a vessel is put aside by default [m], [rad]; in heave at most half its mean draft."""
+"""Default initial displacement by mode of motion [m], [rad]; in heave at most half the mean draft."""
 _NUDGE = 1e-3
 """Heave by which the slope of buoyancy is measured [m]."""
 _UNITS = {"heave": "m", "roll": "rad", "pitch": "rad"}
@@ -86,7 +86,7 @@ class Vessel(Protocol):
         """Go on for a duration [s] under power -1 to 1 and helm -1 to 1, positive to port."""
 
     def displace(self, mode: str, amount: float) -> None:
-        """Put it aside at rest: `heave` [m], `roll` or `pitch` [rad]."""
+        """Displace it by an amount, at rest: `heave` [m], `roll` or `pitch` [rad]."""
 
 
 class SimulatedVessel:
@@ -110,7 +110,7 @@ class SimulatedVessel:
 
     @property
     def helm(self) -> str:
-        """What the helm is, in words."""
+        """Description of the helm."""
         if self._rudders:
             degrees = math.degrees(max(self._rudders.values()))
             return f"{', '.join(sorted(self._rudders))}: up to {degrees:.3g} degrees"
@@ -158,7 +158,7 @@ class SimulatedVessel:
         return found
 
     def displace(self, mode: str, amount: float) -> None:
-        """Put the boat aside from where it is, at rest."""
+        """Displace the boat from its pose, at rest."""
         now = self.state
         moved = {"z": now.z, "roll": now.roll, "pitch": now.pitch}
         moved["z" if mode == "heave" else mode] += amount
@@ -233,7 +233,7 @@ class Trial:
 
 
 def crossing(x: FloatArray, y: FloatArray, level: float) -> float:
-    """Abscissa at which ordinates first reach a level from below, by a straight line; not a number if they do not."""
+    """Abscissa at which ordinates first reach a level from below, by a straight line; NaN if they do not."""
     beyond = np.flatnonzero(y >= level)
     if not len(beyond) or beyond[0] == 0:
         return math.nan
@@ -271,12 +271,12 @@ def approach(vessel: Vessel, power: float) -> list[VesselState]:
 
 
 def approach_remarks(states: list[VesselState]) -> tuple[str, ...]:
-    """What is wrong with the end of an approach: the vessel turns with its helm midships."""
+    """Remarks about an approach at whose end the vessel turns with its helm midships."""
     rate = float(np.mean([state.yaw_rate for state in states[-round(_STEADY_TIME / _SAMPLE_TIME) :]]))
     if abs(rate) <= _STRAIGHT:
         return ()
     turns = f"turns to {'port' if rate > 0.0 else 'starboard'} at {math.degrees(abs(rate)):.3g} deg/s"
-    return (f"it does not keep a straight course: with the helm midships it {turns}",)
+    return (f"the vessel does not keep a straight course: with the helm midships it {turns}",)
 
 
 def turning(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
@@ -289,8 +289,8 @@ def turning(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
         power: of the approach, 0 to 1, kept in the turn.
         helm: -1 to 1, positive to port.
     """
-    begun, side, turned = approach(vessel, power), math.copysign(1.0, helm), _Turned()
-    states = sail_until(vessel, power, helm, lambda seen: side * turned.by(seen[-1]) >= _CIRCLE_ANGLE)
+    begun, side, turned = approach(vessel, power), math.copysign(1.0, helm), _HeadingChange()
+    states = sail_until(vessel, power, helm, lambda seen: side * turned.update(seen[-1]) >= _CIRCLE_ANGLE)
     track, remarks = track_of(states, [helm] * len(states)), approach_remarks(begun)
     speed, heading, across = begun[-1].surge, side * track.heading, side * track.y
     last = track.heading * side >= heading[-1] - math.tau
@@ -309,12 +309,12 @@ def turning(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
         "advance": Figure(at(track.x, 0.5 * math.pi), "m", "advance at 90 degrees of heading"),
         "transfer": Figure(at(across, 0.5 * math.pi), "m", "transfer at 90 degrees of heading"),
         "tactical_diameter": Figure(at(across, math.pi), "m", "transfer at 180 degrees of heading"),
-        "time_90": Figure(at(track.time, 0.5 * math.pi), "s", "time to 90 degrees"),
-        "time_180": Figure(at(track.time, math.pi), "s", "time to 180 degrees"),
+        "time_90": Figure(at(track.time, 0.5 * math.pi), "s", "time to 90 degrees of heading"),
+        "time_180": Figure(at(track.time, math.pi), "s", "time to 180 degrees of heading"),
         "steady_radius": Figure(velocity / rate if rate > 0.0 else math.nan, "m", "radius of the last full turn"),
-        "steady_rate": Figure(math.degrees(rate), "deg/s", "rate of turn in it"),
+        "steady_rate": Figure(math.degrees(rate), "deg/s", "rate of turn in the last full turn"),
         "drift_angle": Figure(
-            math.degrees(drift), "deg", "angle of the bow inside of the track, at the vessel's origin"
+            math.degrees(drift), "deg", "angle of the bow inside the track, at the vessel's origin"
         ),
         "speed_kept": Figure(straight * velocity / speed, "", "speed in the turn over that of the approach"),
     }  # fmt: skip
@@ -322,14 +322,15 @@ def turning(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
     return Trial("turning", figures, curves, axes, track, remarks)
 
 
-class _Turned:
-    """How far a vessel has turned since the first time it was asked for [rad], positive to port."""
+class _HeadingChange:
+    """Change of a vessel's heading since the first state [rad], positive to port, without jumps."""
 
     def __init__(self) -> None:
         self._last: float | None = None
         self.angle = 0.0
 
-    def by(self, state: VesselState) -> float:
+    def update(self, state: VesselState) -> float:
+        """Take the next state, and return the change."""
         if self._last is not None:
             self.angle += math.remainder(state.heading - self._last, math.tau)
         self._last = state.heading
@@ -348,13 +349,13 @@ def zigzag(vessel: Vessel, *, power: float = 1.0, helm: float = 0.5, angle: floa
     begun = approach(vessel, power)
     bound, states, helms = math.radians(angle), [vessel.state], [helm]
     turns: list[int] = []
-    side, turned = 1.0, _Turned()
-    turned.by(states[0])
+    side, turned = 1.0, _HeadingChange()
+    turned.update(states[0])
     while len(turns) < 4 and len(states) < _MAX_TIME / _SAMPLE_TIME:
         vessel.advance(power, side * helm, _SAMPLE_TIME)
         states.append(vessel.state)
         helms.append(side * helm)
-        turned.by(states[-1])
+        turned.update(states[-1])
         if side * turned.angle >= bound:
             turns.append(len(states) - 1)
             side = -side
@@ -367,11 +368,11 @@ def zigzag(vessel: Vessel, *, power: float = 1.0, helm: float = 0.5, angle: floa
     overshoots += [math.nan] * (2 - len(overshoots))
     times = [float(track.time[turn]) for turn in turns] + [math.nan] * (4 - len(turns))
     figures = {
-        "first_overshoot": Figure(overshoots[0], "deg", "turn beyond the angle after the helm is turned over first"),
-        "second_overshoot": Figure(overshoots[1], "deg", "the same after the second time"),
-        "initial_turning_time": Figure(times[0], "s", "time to the angle"),
-        "reach": Figure(_reach(track, turns), "s", "time until the heading is the first one again"),
-        "period": Figure(times[2] - times[0], "s", "time between the first and the third turning of the helm"),
+        "first_overshoot": Figure(overshoots[0], "deg", "heading beyond the angle after the helm's first reversal"),
+        "second_overshoot": Figure(overshoots[1], "deg", "heading beyond the angle after its second reversal"),
+        "initial_turning_time": Figure(times[0], "s", "time until the heading has changed by the angle"),
+        "reach": Figure(_reach(track, turns), "s", "time until the heading is that of the approach again"),
+        "period": Figure(times[2] - times[0], "s", "time between the helm's first and third reversals"),
     }
     curves = {"heading": (track.time, degrees), "helm, full is 35": (track.time, 35.0 * track.helm)}
     axes = "time [s]", "angle [degrees]"
@@ -403,7 +404,8 @@ def pull_out(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
         track = track_of(states, [0.0] * len(states))
         residual = float(np.mean(track.yaw_rate[-round(_STEADY_TIME / _SAMPLE_TIME) :]))
         figures[f"rate_{name}"] = Figure(math.degrees(before), "deg/s", f"rate of the turn to {name}")
-        figures[f"residual_{name}"] = Figure(math.degrees(residual), "deg/s", "rate that is left 60 s after it")
+        meaning = f"rate of turn that is left 60 s after the turn to {name}"
+        figures[f"residual_{name}"] = Figure(math.degrees(residual), "deg/s", meaning)
         curves[f"after a turn to {name}"] = (track.time, np.degrees(track.yaw_rate))
         tracks.append(track)
     return Trial("pull-out", figures, curves, ("time [s]", "rate of turn [deg/s]"), tracks[0])
@@ -461,20 +463,19 @@ def crash_stop(vessel: Vessel, *, power: float = 1.0, astern: float = 1.0) -> Tr
     stopped = states[-1].surge <= 0.0
     end = [float(values[-2] + share * (values[-1] - values[-2])) for values in (track.time, track.x, track.y)]
     way = float(pieces[:-1].sum() + share * pieces[-1])
-    nan = float("nan")
     figures = {
         "speed": Figure(begun[-1].surge, "m/s", "speed of the approach"),
-        "stopping_time": Figure(end[0] if stopped else nan, "s", "time until it is dead in the water"),
-        "track_reach": Figure(way if stopped else nan, "m", "distance along the track"),
-        "head_reach": Figure(end[1] if stopped else nan, "m", "distance along the approach"),
-        "lateral_deviation": Figure(end[2] if stopped else nan, "m", "distance to port of the approach"),
+        "stopping_time": Figure(end[0] if stopped else math.nan, "s", "time until it is dead in the water"),
+        "track_reach": Figure(way if stopped else math.nan, "m", "distance along the track"),
+        "head_reach": Figure(end[1] if stopped else math.nan, "m", "distance along the line of approach"),
+        "lateral_deviation": Figure(end[2] if stopped else math.nan, "m", "distance to port of the line of approach"),
     }
     curves, axes = {"speed": (track.time, track.surge)}, ("time [s]", "speed ahead [m/s]")
     return Trial("crash-stop", figures, curves, axes, track, approach_remarks(begun))
 
 
 def decay(vessel: Vessel, *, mode: str = "roll", amount: float | None = None) -> Trial:
-    """Free decay: put aside in heave, roll or pitch at rest, and let go.
+    """Free decay: displaced in heave, roll or pitch at rest, and released.
 
     The figures are those of z'' + 2 alpha z' + beta |z'| z' + omega^2 z = 0: over half a period of amplitude a, the
     logarithm of the ratio of extremes is pi alpha / omega + 4/3 beta a (ITTC 7.5-02-07-04.5).
@@ -482,7 +483,7 @@ def decay(vessel: Vessel, *, mode: str = "roll", amount: float | None = None) ->
     Args:
         vessel: what is tried.
         mode: heave, roll or pitch.
-        amount: how far it is put aside [m] or [rad]; by default 0.1 m, but at most half the mean draft, 10 degrees of
+        amount: initial displacement [m] or [rad]; by default 0.1 m, but at most half the mean draft, 10 degrees of
             roll or 5 of pitch.
 
     Raises:
@@ -512,7 +513,7 @@ def _value(state: VesselState, mode: str) -> float:
 
 
 def decay_figures(time: FloatArray, values: FloatArray, unit: str) -> dict[str, Figure]:
-    """Period and damping of a decay about 0; not numbers where there are less than three extremes."""
+    """Period and damping of a decay about 0; NaN with fewer than three extremes."""
     moments, sizes = _extremes(time, values)
     kept = sizes >= _MIN_EXTREME * sizes[0]
     count = int(np.argmin(kept)) if not kept.all() else len(kept)
@@ -533,7 +534,7 @@ def decay_figures(time: FloatArray, values: FloatArray, unit: str) -> dict[str, 
         "linear_damping": Figure(alpha, "1/s", "alpha of 2 alpha z'"),
         "damping_ratio": Figure(ratio, "", "alpha over the frequency"),
         "quadratic_damping": Figure(beta, f"1/{unit}", "beta of beta |z'| z'"),
-        "extremes": Figure(float(count), "", "extremes that were used"),
+        "extremes": Figure(float(count), "", "number of extremes used"),
     }
 
 

@@ -108,7 +108,7 @@ class TestOnRay:
         sailed = run_trials(trials_of("slow", 12), folder / "there", RayCluster(cluster.address, jobs=2))
         next(sailed)
         cluster.head_node.kill_raylet()
-        with pytest.raises(VrxError, match="Ray has ended on this machine: start it again, and the same command"):
+        with pytest.raises(VrxError, match="Ray has stopped on this machine: start it again, and run the same"):
             list(sailed)
         assert "raylet" not in "".join(capfd.readouterr())
 

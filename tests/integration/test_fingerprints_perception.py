@@ -226,11 +226,11 @@ def test_a_tower_is_watched_until_its_lights_are_known_or_it_is_dark():
             info = SimpleNamespace(K=(380.0, 0.0, 320.0, 0.0, 380.0, 180.0, 0.0, 0.0, 1.0))
             reading = SimpleNamespace(data=SimpleNamespace(rgb=picture, info=info), mount=mount)
             boat = SimpleNamespace(sensors={"camera": reading})
-            found.append([lookout.watch(Moment(boat, estimate(), {}, t), tower), tower.dark, len(tower.shows)])
+            found.append([lookout.watch(Moment(boat, estimate(), {}, t), tower), tower.rejected, len(tower.shows)])
         found.append([sorted(tower.colors), tower.shows])
     blind = Tower((12.0, 0.0))
     assert lookout.watch(Moment(SimpleNamespace(sensors={}), estimate(), {}, 0.0), blind) is None
-    assert blind.dark
+    assert blind.rejected
     lookout._map.faces = [Face(12.0, 0.0, math.pi, seen=9)]
     lookout._read_signs(Moment(SimpleNamespace(sensors={}), estimate(), {}, 0.0))
     assert lookout.faces[0].looks == 0

@@ -156,7 +156,8 @@ def charted(controller):
     """What is known of the dock and of the towers."""
     faces = [(one.x, one.y, one.facing, one.seen, one.looks, one.tried, one.symbol) for one in controller.lookout.faces]
     towers = [
-        (one.place, one.seen, one.looks, sorted(one.colors), one.shows, one.dark) for one in controller.lookout.towers
+        (one.place, one.seen, one.looks, sorted(one.colors), one.shows, one.rejected)
+        for one in controller.lookout.towers
     ]
     return faces, towers, controller.lookout.banks, controller._stage, controller._stuck_on
 

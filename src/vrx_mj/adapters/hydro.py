@@ -14,6 +14,7 @@ from vrx_mj.arrays import ComplexArray, FloatArray, IntArray
 from vrx_mj.config.dynamics import FORMAT
 from vrx_mj.config.shapes import normals_of
 from vrx_mj.errors import CommandError, VrxError
+from vrx_mj.model.kinds import MOTIONS
 from vrx_mj.packages import importing
 
 FREQUENCY_COUNTS = 10, 500
@@ -36,7 +37,7 @@ _FAR_ANGLES = 2 * _WAVE_ANGLES
 """Number of directions in which the waves that a hull makes and scatters are evaluated far off, over the circle."""
 _MIN_WAVELENGTH = 5.0
 """Shortest wave, in mean edges of wet panels."""
-_MOTIONS = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
+_MOTIONS = tuple(map(str.capitalize, MOTIONS.names))
 """Capytaine's names of the six motions."""
 _WET_DEPTH, _EDGE_TOLERANCE = 1e-9, 1e-6
 """Least depth of a wet point, and distance of what is on an edge [m]."""

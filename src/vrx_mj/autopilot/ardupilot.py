@@ -43,7 +43,7 @@ _LONGEST_WAIT = 0.02
 
 
 class Servos(NamedTuple):
-    """What an autopilot commands in one frame."""
+    """Commands of an autopilot in one frame."""
 
     rate: int
     """Frames per simulated second [Hz]: time goes on by 1 / rate."""

@@ -1,4 +1,4 @@
-"""What runs the trials of a campaign: workers on this machine, or on a Ray cluster."""
+"""Engines that run the trials of a campaign: workers on this machine, or on a Ray cluster."""
 
 import logging
 import os
@@ -22,7 +22,7 @@ from vrx_mj.outputs import write_files
 from vrx_mj.packages import needs_extra
 
 _MAX_RETRIES = 3
-"""How often a lost trial is run again."""
+"""Largest number of times that a lost trial is run again."""
 _CAMPAIGN_FILE = ".cluster"
 """File by which a node knows the campaign's folder."""
 _EXCLUDED_FILES = ("*.rrd", ".git", ".venv", "__pycache__", "*.pyc")
@@ -32,28 +32,28 @@ _PROBE_FILE, _PROBE_SIZE = ".probe", 65_536
 _MAX_UNREAD_RESULTS = 16
 """Results that a worker may be ahead of those taken."""
 _CHUNK_SIZE, _SHORT_CHUNK_SIZE = 64, 1000
-"""Trials that a worker gets at a time, at most, and where the last one was short: to begin costs as much as one."""
+"""Largest number of trials that a worker gets at a time, and the same if trials are short: a start takes as long."""
 _SHORT_TRIAL = 0.1
 """Wall time of a short trial [s]."""
 
 
 class ProcessPool:
-    """An engine, which has workers: those on this machine."""
+    """An engine whose workers are processes of this machine."""
 
     def __init__(self, jobs: int) -> None:
         self._jobs = jobs
 
     def open(self, root: Path) -> int:
-        """Get ready to run trials in the campaign's folder `root`; how many workers there may be at a time."""
+        """Prepare to run trials in the campaign's folder `root`; returns the largest number of workers."""
         self._root, self._context = root, start_server()
         return self._jobs
 
     def start(self) -> WorkerProcess:
-        """Begin a worker; what it gives first is None, when it is ready."""
+        """Start a worker, whose first result is None, when it is ready."""
         return WorkerProcess(self._context, self._root)
 
     def ready(self, workers: Sequence[Any]) -> Sequence[Any]:
-        """Those workers that have something to take, after a moment at most."""
+        """The workers that have a result to take, after waiting for a moment at most."""
         return wait(workers, timeout=POLL_INTERVAL)
 
     def close(self) -> None:
@@ -109,15 +109,15 @@ class RayCluster:
         return _RayWorker(self._ray, self._actor.remote(self._root, self._ticket, code_version()))
 
     def ready(self, workers: Sequence[Any]) -> Sequence[Any]:
-        """Those workers that have something to take, after a moment at most.
+        """The workers that have a result to take, after waiting for a moment at most.
 
         Raises:
-            VrxError: Ray has ended on this machine: it takes all workers along, and would start none for ever.
+            VrxError: Ray has stopped on this machine: its workers are gone, and it would never start another.
         """
         streams = {worker.stream: worker for worker in workers}
         found, _ = self._ray.wait(list(streams), timeout=POLL_INTERVAL)
         if not found and any(node["NodeID"] == self._node and not node["Alive"] for node in self._ray.nodes()):
-            raise VrxError("Ray has ended on this machine: start it again, and the same command continues")
+            raise VrxError("Ray has stopped on this machine: start it again, and run the same command to continue")
         return [streams[stream] for stream in found]
 
     def close(self) -> None:
@@ -135,8 +135,8 @@ class _RayWorker:
         self.submit([])
 
     def submit(self, chunk: Sequence[Trial]) -> None:
-        how = {"num_returns": "streaming", "_generator_backpressure_num_objects": _MAX_UNREAD_RESULTS}
-        self.stream = self._actor.run.options(**how).remote(list(chunk))
+        options = {"num_returns": "streaming", "_generator_backpressure_num_objects": _MAX_UNREAD_RESULTS}
+        self.stream = self._actor.run.options(**options).remote(list(chunk))
 
     def take(self) -> Result | None:
         try:
@@ -196,7 +196,7 @@ def run_trials(
     this ends what is under way and removes what that has written.
 
     Args:
-        trials: those of one world should follow each other.
+        trials: in an order in which those of one world follow each other.
         root: folder of the campaign; logs and recordings are written below it.
         engine: has the workers.
         running: is called with the number of trials under way, when that changes.

@@ -50,7 +50,7 @@ _DATA_FOLDERS = ("assets", "templates", "fleets")
 
 @dataclass(frozen=True)
 class Manifest:
-    """What a campaign is: its plan, and what its results depend on."""
+    """Manifest of a campaign: its plan, and everything that its results depend on."""
 
     plan: Plan
     controllers: Mapping[str, str]

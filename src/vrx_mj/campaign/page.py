@@ -68,7 +68,7 @@ _MAX_TIME_SHARE = 0.01
 
 
 def map_values(sketch: _Values, results: Sequence[Result], controllers: Sequence[str]) -> _Values:
-    """What the template of a map takes: the frame, the land in it, a scale bar, and the tracks of these trials."""
+    """Values for the template of a map: the frame, the land in it, a scale bar, and the tracks of these trials."""
     tracks = [(result, line) for result in results for line in result.tracks.values() if line]
     west, south, east, north = view = _view(sketch, [line for _, line in tracks])
     pixel, length = (east - west) / _MAP_WIDTH, nice_length((east - west) / 4.0)
@@ -94,7 +94,7 @@ def _track(result: Result, line: _Line, controllers: Sequence[str]) -> _Values:
 
 
 def _view(sketch: _Values, tracks: Iterable[_Line]) -> _Box:
-    """What matters: the boats, the task, where they went, and objects not far from these."""
+    """Frame of a map around the boats, the task, the tracks, and objects not far from these."""
     spots: list[Sequence[float]] = [(boat["x"], boat["y"]) for boat in sketch["boats"]]
     spots += [place[:2] for place in sketch["waypoints"]] + sketch["beacons"]
     spots += [spot for gate in sketch["gates"] for spot in (gate["left"], gate["right"])]
@@ -311,7 +311,7 @@ def _charts(campaign: Campaign) -> Iterator[Markup]:
 
 
 def _cell(result: Result | None, seed: int, scores: Sequence[float], task: Mapping[str, str] | None) -> _Row:
-    """What one cell shows: text, colour, and more about it."""
+    """Text, colour and tooltip of one cell."""
     row = {"seed": seed, "text": "", "value": "", "color": ""}
     if result is None:
         return {**row, "kind": "missing", "title": f"seed {seed}: not run yet"}

@@ -58,7 +58,7 @@ _SET_PDEATHSIG = 1
 
 
 def start_server() -> BaseContext:
-    """What makes the processes; where it can fork, after everything was loaded, which it waits for."""
+    """Context that starts processes. Where it can fork, its server has loaded everything when this returns."""
     if not HAS_FORKSERVER:
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
@@ -146,7 +146,7 @@ class TrialProcess:
 
     @property
     def _folder(self) -> Path:
-        """That of the trial under way."""
+        """Folder of the trial under way."""
         return self._root / self._left[0].folder
 
     def wait(self, other: Sequence[Connection]) -> bool:
@@ -185,7 +185,7 @@ class TrialProcess:
         self._end_groups()
         self.is_over = True
         if found is None and math.isfinite(self._begun):
-            hung = reason or (self._hung() if late > -0.1 else None)
+            hung = reason or (self._timeout_text() if late > -0.1 else None)
             state: State = "lost" if hung is None and self._process.exitcode == -_SIGKILL else "failed"
             error = f"at t = {self._shared[REACHED]:g} s: {hung or _exit_text(self._process.exitcode)}"
             took = time.monotonic() - self._begun
@@ -208,7 +208,7 @@ class TrialProcess:
         shutil.rmtree(self._folder, ignore_errors=True)
 
     def _end_groups(self) -> None:
-        """What the process has started, as far as it leads or reported the group."""
+        """End the processes that it started, as far as it leads or reported their group."""
         _end_group(self._process.pid)
         _end_group(int(self._shared[GROUP]) or None)
 
@@ -217,7 +217,7 @@ class TrialProcess:
             return (self._folder / LOG).stat().st_size > _MOST_LOG
         return False
 
-    def _hung(self) -> str:
+    def _timeout_text(self) -> str:
         """The error of a trial whose time was up, with the line where it was then."""
         text = f"not finished after {self._shared[ALLOWED]:g} s of wall time"
         start = f'  File "{Path.cwd()}{os.sep}'.encode("ascii", "backslashreplace")  # as faulthandler writes it
@@ -285,7 +285,7 @@ def _sail_here(
 
 
 class ProcessState:
-    """What a controller may have changed in a process, as it is now."""
+    """Settings of the process that a controller may change, as they are now."""
 
     def __init__(self) -> None:
         self._modules = tuple(sys.modules)
@@ -325,13 +325,13 @@ class ProcessState:
 
 
 def die_with_parent() -> None:
-    """Have the system end this process when its parent ends, however that ends; only Linux can."""
+    """Ask the system to end this process when its parent ends in any way; Linux only."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
 
 
 def log_into(file: Path) -> None:
-    """Let everything that is printed here, by whatever, go into a file."""
+    """Redirect everything that this process prints, native code included, into a file."""
     with file.open("wb") as log:
         os.dup2(log.fileno(), 1)
         os.dup2(log.fileno(), 2)

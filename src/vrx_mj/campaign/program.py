@@ -71,7 +71,7 @@ class Program:
 
     @property
     def last_lines(self) -> str:
-        """What it printed last, in one line."""
+        """The last lines that it printed, joined into one."""
         lines = [line.strip() for line in self._tail.decode("utf-8", "replace").splitlines() if line.strip()]
         return " | ".join(line[:_MAX_LINE_LENGTH] for line in lines[-_MAX_SHOWN_LINES:])
 
@@ -107,7 +107,7 @@ class Program:
         return False
 
     def _strays(self) -> Iterator[int]:
-        """What this process and the program have started meanwhile, itself left out."""
+        """Processes that this process and the program have started meanwhile, without the program itself."""
         return (one.pid for one in _descendants() if one.pid != self.group and one not in self._before)
 
     def _read_output(self, stream: IO[bytes]) -> None:
@@ -139,7 +139,7 @@ def become_subreaper() -> None:
 
 
 def _descendants() -> list[psutil.Process]:
-    """What this process has started, and what that has, ended ones that nobody has waited for included."""
+    """All descendants of this process, zombies included."""
     return list(psutil.Process().children(recursive=True))
 
 

@@ -104,7 +104,7 @@ def _serve_sitl(sim: Simulation, serving: Serving, pilot: _Pilot) -> None:
 
 
 def _autopilots(sim: Simulation, rate: float | None) -> ArduPilot:
-    """What listens for the SITLs of all boats, at ports whose SITLs' MAVLink ports are free too."""
+    """Listener for the SITLs of all boats, at ports whose SITLs' MAVLink ports are free too."""
     for instance in _SITL_INSTANCES:
         ports = ports_of(sim, str(PORT + PORT_STEP * instance))
         with contextlib.suppress(NetworkError), contextlib.ExitStack() as probes:

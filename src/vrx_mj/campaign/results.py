@@ -179,7 +179,7 @@ class ResultStore(AbstractContextManager["ResultStore"]):
 
     @contextmanager
     def _one_line_errors(self) -> Iterator[None]:
-        """Have errors of the database be one line."""
+        """Raise errors of the database as errors of one line."""
         try:
             yield
         except sqlite3.Error as error:
@@ -272,7 +272,7 @@ def write_json(file: Path, tree: Mapping[str, object]) -> None:
 
 
 def read_json(file: Path) -> Tree:
-    """What `write_json` wrote, without its version.
+    """Content that `write_json` wrote, without its version.
 
     Raises:
         RecordError: it is of another version.
@@ -300,7 +300,7 @@ class Stopwatch:
         self._shared = shared
 
     def allow(self, wall: float) -> None:
-        """Let the trial take this wall time [s] from now on."""
+        """Set the wall time [s] that the trial may take from now on."""
         self._shared[ALLOWED], self._shared[END] = wall, time.monotonic() + wall
         if TIME_UP is None:
             faulthandler.dump_traceback_later(wall, exit=True)

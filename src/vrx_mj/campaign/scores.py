@@ -150,7 +150,7 @@ def paired_test(gains: Sequence[float]) -> float | None:
 
 
 def _counterparts(now: Sequence[str], earlier: Sequence[str]) -> dict[str, str]:
-    """What each controller was called in the earlier campaign."""
+    """Names of the controllers in the earlier campaign."""
     if len(now) == len(earlier) == 1:
         return {now[0]: earlier[0]}
     return {name: name for name in now if name in earlier}
@@ -174,7 +174,7 @@ def _change(before: Result, after: Result, better: Mapping[str, str]) -> Change 
 
 
 def _severity(change: Change) -> float:
-    """What is smaller comes first: new failures, then losses, gains, and what works again."""
+    """Sort key: new failures come first, then losses, gains, and trials that work again."""
     if change.gain is None:
         return -math.inf if change.is_loss else math.inf
     return change.gain
@@ -217,7 +217,7 @@ def _changed_worlds(pairs: Sequence[tuple[Result, Result]]) -> Iterator[str]:
 
 
 def _notes(now: Campaign, earlier: Campaign, names: Mapping[str, str]) -> Iterator[str]:
-    """What else is different between the two."""
+    """Notes on other differences between the two."""
     new, old = now.manifest, earlier.manifest
     if new.code != old.code:
         yield f"vrx_mj was {old.code}, now {new.code}"

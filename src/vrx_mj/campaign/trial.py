@@ -52,7 +52,7 @@ _MAX_EVENTS = 200
 
 
 class RaisedError(VrxError):
-    """What a controller raised, in words; the error itself is its cause."""
+    """An error that a controller raised, in words; the error itself is its cause."""
 
 
 class _Watched:

@@ -1,22 +1,35 @@
-"""Quantities of worlds that a campaign draws for every trial: `--vary wind.mean_velocity=0..8`."""
+"""Quantities of worlds that a campaign draws for each trial: `--vary wind.mean_velocity=0..8`."""
 
 import fnmatch
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
+from vrx_mj.config.base import marked_numbers
+from vrx_mj.config.weather import CurrentConfig, SeaConfig, WindConfig
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, ignore_warnings
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.world import World
+from vrx_mj.model.water import Current, Sea, Wind
 from vrx_mj.physics.noise import stream_key, uniform
 from vrx_mj.runtime.batch import Batch
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _RANGE = re.compile(rf"\s*([^=\s]+)\s*=\s*({_NUMBER})\s*\.\.\s*({_NUMBER})\s*")
-_KEYS = {"wind.mean_velocity": "wind.mean", "wind.var_gain": "wind.gain", "wind.var_time": "wind.time_constant"}
-"""Keys of world files that a compiled world has under other names."""
+_KEYS = {
+    f"{own}.{key}": f"{own}.{mark.name}"
+    for own, config, record in (
+        ("sea", SeaConfig, Sea),
+        ("current", CurrentConfig, Current),
+        ("wind", WindConfig, Wind),
+    )
+    for key, mark in marked_numbers(config)
+    if mark.record is record and mark.name != key
+}
+"""Numbers of a compiled world by their keys in world files, where these are others: `wind.mean_velocity`."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +65,7 @@ def parse_vary(texts: Iterable[str]) -> tuple[Quantity, ...]:
         quantity = Quantity(match[1], float(match[2]), float(match[3]))
         if quantity.high <= quantity.low:
             raise CommandError(f"invalid --vary '{text}': the range is empty; write the smaller number first")
-        if quantity.name in found:
+        if _KEYS.get(quantity.name, quantity.name) in {_KEYS.get(name, name) for name in found}:
             raise CommandError(f"--vary {quantity.name} is given twice")
         found[quantity.name] = quantity
     return tuple(found.values())
@@ -72,27 +85,23 @@ def check_vary(quantities: Iterable[Quantity], worlds: Iterable[str], fleet: str
                 names = numbers_by_name(base, {quantity.name: quantity.low})
                 found[quantity.name] = replace(quantity, unit=base.numbers[next(iter(names))].unit)
                 for end in (quantity.low, quantity.high):
-                    _check_end(quantity, end, base, lambda own: compile_world(world, fleet=fleet, parameters=own))  # noqa: B023
+                    _check_end(quantity, end, base, partial(compile_world, world, fleet=fleet))
     return tuple(found.values())
 
 
-def _check_end(quantity: Quantity, end: float, base: World, compiled: Callable[[Mapping[str, float]], World]) -> None:
-    """Check that a world takes a value, and that every boat floats that floats in the world as it is."""
+def _check_end(quantity: Quantity, end: float, base: World, compile_with: Callable[..., World]) -> None:
+    """Check that the world takes a value, and that every boat floats that floats in the world without it."""
     try:
-        world = compiled(numbers_by_name(base, {quantity.name: end}))
+        world = compile_with(parameters=numbers_by_name(base, {quantity.name: end}))
     except VrxError as error:
         raise CommandError(f"--vary in {base.name}: {error}") from None
     if not re.search(r"\.(hull|stations)\.", quantity.name):
         return  # no boat's draft depends on it
-    factors, usual = (Batch(_without_task(each), 1).largest_masses for each in (world, base))
+    untasked = (replace(each, parameters=replace(each.parameters, task=None)) for each in (world, base))
+    factors, usual = (Batch(each, 1).largest_masses for each in untasked)
     sunk = [boat for boat, own, before in zip(world.boats, factors, usual, strict=True) if own < 1.0 <= before]
     if sunk:
         raise CommandError(f"--vary {quantity}: with {end:g} the boat {sunk[0]} does not float in {world.name}")
-
-
-def _without_task(world: World) -> World:
-    """The world as a `Batch` takes it."""
-    return replace(world, parameters=replace(world.parameters, task=None))
 
 
 def numbers_by_name(world: World, values: Mapping[str, float]) -> dict[str, float]:
@@ -101,16 +110,16 @@ def numbers_by_name(world: World, values: Mapping[str, float]) -> dict[str, floa
     Raises:
         CommandError: it has none of a name.
     """
-    return {name: value for quantity, value in values.items() for name in _names(world.name, world.numbers, quantity)}
+    return {name: value for quantity, value in values.items() for name in _names(world, quantity)}
 
 
-def _names(world: str, known: Mapping[str, object], name: str) -> list[str]:
-    """Names of the numbers that a name or a pattern means."""
-    found = fnmatch.filter(known, _KEYS.get(name, name))
+def _names(world: World, name: str) -> list[str]:
+    """Names of the world's numbers that a name or a pattern means."""
+    found = fnmatch.filter(world.numbers, _KEYS.get(name, name))
     if not found and name == "sea.significant_height":
         text = "is flat or a Stokes wave; give it `sea: {model: jonswap, significant_height: 0.3}`"
-        raise CommandError(f"--vary {name}: the sea of {world} {text}")
+        raise CommandError(f"--vary {name}: the sea of {world.name} {text}")
     if not found:
-        unknown = UnknownNameError("parameter", name, [*known, *_KEYS])
-        raise CommandError(f"--vary {name}: world {world} has {unknown}; vrx_mj.parameters lists all")
+        unknown = UnknownNameError("parameter", name, [*world.numbers, *_KEYS])
+        raise CommandError(f"--vary {name}: world {world.name} has {unknown}; vrx_mj.parameters lists all")
     return found

@@ -102,7 +102,7 @@ class Worker:
                 raise SystemExit
 
     def _prepare(self, trial: Trial) -> None:
-        """Have the trial's world compiled, with its map kept for the page. One that cannot be fails in its trials."""
+        """Compile the trial's world and keep its map for the page; an error of the compiler is raised in its trials."""
         wanted = trial.cell.world, trial.fleet
         if wanted == self._open:
             return
@@ -136,7 +136,7 @@ class WorkerProcess:
         theirs.close()
 
     def fileno(self) -> int:
-        """What becomes ready when there is something to take, for `multiprocessing.connection.wait`."""
+        """Handle that is ready when there is something to take, for `multiprocessing.connection.wait`."""
         return self._connection.fileno()
 
     def submit(self, chunk: Sequence[Trial]) -> None:
@@ -157,7 +157,7 @@ class WorkerProcess:
             raise WorkerLostError(f"its worker ended with exit code {self._process.exitcode}") from None
 
     def close(self) -> None:
-        """Have it give up what is under way, and end; `join` waits for that."""
+        """Ask it to give up what is under way and to end; `join` waits for that."""
         self._connection.close()
 
     def join(self) -> None:
@@ -187,7 +187,7 @@ def _begin_process(environ: Mapping[str, str], folder: str) -> None:
 
 
 def check_controllers(names: Sequence[str]) -> frozenset[str]:
-    """Those of these controllers that take rows; refuse any that does not exist or takes other arguments.
+    """The controllers that take rows; any that does not exist or takes other arguments is refused.
 
     Each is loaded in a process of its own, as for a trial; what it raises there is left to its trials.
 

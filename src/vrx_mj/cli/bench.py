@@ -70,8 +70,8 @@ _TASK = {"type": "stationkeeping", "goal_cart": [8, 0, 0]}
 _FREE_BARS = ("vrx", 64, 2.0), ("vrx", 1024, 2.0), ("60_waves", 64, 1.3), ("60_waves", 1024, 1.5)
 _SEAS = {"vrx": SEA, "60_waves": _OCEAN}
 _ROUNDS = 15
-_FIGURES = 28
-"""Figures that `measure` takes: for the progress only."""
+_FIGURE_COUNT = 28
+"""Number of figures that `measure` takes, for the progress bar."""
 _VERDICTS = {True: "yes", False: "no", None: ""}
 _BARE_BOAT = """
 <body name="boat{i}" pos="{x} {y} 0"><freejoint/>
@@ -142,7 +142,7 @@ def measure() -> list[Row]:
     Where something is missing here, value and verdict are None, and `missing` names it.
     """
     rows: list[Row] = []
-    with Bar("measuring", _FIGURES, "figures") as bar:
+    with Bar("measuring", _FIGURE_COUNT, "figures") as bar:
         for found in itertools.chain(_core_rows(), batch_rows()):
             rows.append(found)
             bar.update(len(rows), found["name"])
@@ -222,7 +222,7 @@ def bench_row(
     parts: Mapping[str, float] | None = None,
     missing: str = "",
 ) -> Row:
-    """A row; a value that is not a number was not measured, and `missing` names it that takes."""
+    """A row. A value of NaN was not measured; `missing` says what that needs."""
     known = not math.isnan(value)
     inside = value >= (budget or 0.0) if at_least else value <= (budget or 0.0)
     return {

@@ -212,7 +212,7 @@ class CampaignProgress:
         self._kinds: set[tuple[str, str]] = set()
 
     def running(self, count: int) -> None:
-        """So many trials are under way."""
+        """Show the number of trials under way."""
         self._running = count
         self._show()
 

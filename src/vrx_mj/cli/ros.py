@@ -180,7 +180,7 @@ _Sitl = Annotated[
     str | None,
     Option(
         metavar="<boat:port,...>",
-        help="Let ArduPilot's SITL sail boats in lock-step, each on its UDP port; default: all boats, the first on "
+        help="Let ArduPilot's SITL control boats in lock-step, each on its UDP port; default: all boats, the first on "
         "9002, each further one 10 above.",
     ),
 ]
@@ -254,11 +254,11 @@ def serve(
 
     Example: vrx-mj serve example_course --fleet usv_config --ros1
     """
-    none = not (ros1 or ros2) and (rosbridge, foxglove, ardupilot, nmea) == (None,) * 4
+    by_default = not (ros1 or ros2) and (rosbridge, foxglove, ardupilot, nmea) == (None,) * 4
     _compile_and_serve(
         partial(compile_source, world, arguments, fleet=fleet, seed=seed, nudge=nudge), record, ardupilot, nmea,
-        ros1=ros1 or none,
-        rosbridge=int(DEFAULT_PORT) if none else rosbridge,
+        ros1=ros1 or by_default,
+        rosbridge=int(DEFAULT_PORT) if by_default else rosbridge,
         foxglove=foxglove,
         ros2=ros2, host=host,
         origins=allow_origin or (),
@@ -347,21 +347,25 @@ def parse_nmea(text: str, boats: Sequence[str]) -> dict[str, int]:
 
 
 def check_installed(*extras: str) -> None:
-    """Say what to install before the world is compiled."""
+    """Check that extras are installed, before the world is compiled.
+
+    Raises:
+        NetworkError: modules are missing; it names them and what to install.
+    """
     for extra in extras:
         if missing := missing_modules(extra):
             raise NetworkError(f"not installed: {', '.join(missing)}; {install_extra(extra)}")
 
 
 def _log_line(level: str, text: str) -> None:
-    """A line of the log, above that of the status."""
+    """Print a line of the log above the status line."""
     if is_watched():
         sys.stderr.write("\r\x1b[K")
     show(text, _COLORS.get(level))
 
 
 class _Log(logging.Handler):
-    """Shows the warnings of the networks' thread."""
+    """Prints warnings of the network thread."""
 
     def emit(self, record: logging.LogRecord) -> None:
         """Show it."""
@@ -369,7 +373,7 @@ class _Log(logging.Handler):
 
 
 def _status() -> Callable[[str], None]:
-    """Shows the line of status where somebody looks."""
+    """Write the status line if stderr is a terminal."""
     if not is_watched():
         return lambda _line: None
 

@@ -89,8 +89,8 @@ class Only(NamedTuple):
         chosen, *known = (literal(each).strip("'") for each in (selected, *self.values))
         if allowed:
             return fault(f"required for `{self.selector}: {chosen}`")
-        said = f"without `{self.selector}`" if selected is None else f"for `{self.selector}: {chosen}`"
-        return fault(f"not allowed {said}{f'; allowed for {one_of(known)}' if known else ''}", selector=self.selector)
+        where = f"without `{self.selector}`" if selected is None else f"for `{self.selector}: {chosen}`"
+        return fault(f"not allowed {where}{f'; allowed for {one_of(known)}' if known else ''}", selector=self.selector)
 
 
 class Config(BaseModel):
@@ -126,12 +126,12 @@ class Config(BaseModel):
     @model_validator(mode="after")
     def _is_consistent(self) -> Self:
         given = self.model_fields_set
-        ignored: list[Fault] = [
+        misplaced: list[Fault] = [
             ((key,), error)
             for key, only in limited_keys(type(self))
             if (error := only.fault(getattr(self, only.selector), getattr(self, key) if key in given else None))
         ]
-        if found := ignored or list(self._faults()):
+        if found := misplaced or list(self._faults()):
             raise faults(*found)
         return self
 

@@ -214,9 +214,9 @@ class PathConfig(Config):
     loop: Switch = True
     """Whether it continues to the first waypoint after the last one; otherwise it stays there."""
     start: Annotated[int, Field(ge=0)] = 0
-    """First waypoint to swim to, counted from 0."""
+    """First waypoint to go to, counted from 0."""
     turns_first: Switch | None = None
-    """Whether it swims only while its waypoint is within `bearing_tolerance` of its bow; by default only in profile
+    """Whether it moves only while its waypoint is within `bearing_tolerance` of its bow; by default only in profile
     vrx3."""
 
     def _faults(self) -> Faults:
@@ -227,7 +227,7 @@ class PathConfig(Config):
 
 
 def path_points(path: PathConfig, pose: Pose) -> list[tuple[float, float]]:
-    """The waypoints [m] of a thing that starts at a pose in the world, in the order in which it swims to them."""
+    """The waypoints [m] of a thing that starts at a pose in the world, in the order in which it goes to them."""
     points = _points(path, pose)
     return [*points[path.start :], *(points[: path.start] if path.loop else ())]
 
@@ -264,7 +264,7 @@ class Placement(Placed):
     model: str
     """A name from `objects`, the path of a YAML or SDF file relative to this one, or Gazebo's model://NAME."""
     path: PathConfig | None = None
-    """Path along which it swims; by default that of its model. With `null` it drifts."""
+    """Path along which it moves; by default that of its model. With `null` it drifts."""
     symbols: tuple[Symbol, ...] = ()
     """Symbols that the placards of its docks show at the start, in the order of the placards."""
     mooring: RopeConfig | None = None
@@ -311,7 +311,7 @@ class ObjectConfig(InFolder):
     buoyancy: Annotated[BuoyancyConfig | None, _Afloat] = None
     """Displacement and drag; required for a floating object."""
     path: Annotated[PathConfig | None, _Afloat] = None
-    """Path along which it swims, unless the world specifies another."""
+    """Path along which it moves, unless the world specifies another."""
     light: LightConfig | None = None
     """Panels of a light buoy."""
     links: Annotated[tuple[LinkConfig, ...], Field(max_length=MOST_LINKS)] = ()

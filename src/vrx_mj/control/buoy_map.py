@@ -170,7 +170,7 @@ def _cluster(points: FloatArray) -> Cluster:
 def standing_free(
     points: FloatArray, *, widest: float, apart: float, high: float = 3.5
 ) -> tuple[list[Cluster], FloatArray]:
-    """What is narrow and separate, and the returns of what is wide, (n, 3) [m], as shores and docks.
+    """Clusters that are narrow and separate, and the returns of wide things, (n, 3) [m], such as shores and docks.
 
     Of level returns, (n, 3) [m]: clusters up to `widest` [m] across that keep `apart` [m] from all wider ones.
     """
@@ -330,7 +330,7 @@ def intrinsics(reading: "Reading") -> FloatArray:
 def cutout(
     reading: Any, seen: Estimate, place: tuple[float, float, float], half: tuple[float, float]
 ) -> ByteArray | None:
-    """What of a picture shows a place, (rows, columns, 3); None if it is not in the picture as a whole.
+    """The part of a picture that shows a place, (rows, columns, 3); None if the picture does not contain all of it.
 
     `place` is east, north [m, local] and the height above the boat's origin [m], `half` the width and height to each
     side of it [m].

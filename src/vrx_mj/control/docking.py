@@ -113,7 +113,7 @@ class Docking(Skipper):
         time_for_lights = running < _LIGHTS_TIME or (right is not None and resort is None)  # the bay can wait
         if now.task.get("color_sequence_open") and time_for_lights:
             tower = self._tower(now.seen)
-            if running < _LOOK_AROUND_TIME and not (tower and tower.lit):
+            if running < _LOOK_AROUND_TIME and not (tower and tower.is_lit):
                 return self._turn(now)
             if tower is not None:
                 return self._scan(now, tower)
@@ -145,15 +145,15 @@ class Docking(Skipper):
         known = [
             tower
             for tower in towers
-            if tower.lit or (may_be_course(tower.place, _TOWER_RANGE) and not in_a_row(tower.place, places))
+            if tower.is_lit or (may_be_course(tower.place, _TOWER_RANGE) and not in_a_row(tower.place, places))
         ]
-        return min(known, key=lambda tower: (not tower.lit, tower.far(seen)), default=None)
+        return min(known, key=lambda tower: (not tower.is_lit, tower.far(seen)), default=None)
 
     def _scan(self, now: Moment, tower: Tower) -> Commands:
         """Go where the lights can be read, and watch them."""
         seen, t = now.seen, now.t
         tower.since = min(tower.since, t)
-        tower.dark = tower.dark or t - tower.since > _TOWER_PATIENCE
+        tower.rejected = tower.rejected or t - tower.since > _TOWER_PATIENCE
         distance, bearing = seen.to(*tower.place)
         if distance > _LAMP_RANGE:
             return self._go(now, tower.place)
@@ -189,7 +189,7 @@ class Docking(Skipper):
         return self._go(now, place) if distance > 3.0 else self.stop(now, seen.to(*face.place)[1])
 
     def _view(self, seen: Estimate) -> tuple[Face, Point] | None:
-        """What to look at next, and where from: an unread face, from before it, or the back of one that was read."""
+        """The next thing to look at, and the place for it: in front of an unread face, or behind one that was read."""
         known = [face for face in self.lookout.faces if self._roam.may_be_course(face.place, math.inf)]
         unread = [face for face in known if not face.symbol and face.looks < 5 and face.tried < _FACE_PATIENCE]
         views = [(face, face.ahead(LINE_UP + 2.0)) for face in unread]

@@ -237,7 +237,7 @@ def pursuit(seen: Estimate, slot: Spot, speed: float, *, drift: Point = (0.0, 0.
 
 
 def apart_velocity(seen: Estimate, wanted: Point, others: Sequence[Estimate], apart: float) -> Point:
-    """What may be kept of a wanted velocity [m/s] so that the boat does not come nearer to others than `apart` [m].
+    """The part of a wanted velocity [m/s] with which the boat does not come nearer to others than `apart` [m].
 
     Toward another boat the velocity is at most that boat's plus `YIELD_RATE` times the distance that is left: a barrier
     (Wang, Ames and Egerstedt, Safety barrier certificates for collisions-free multirobot systems, 2017). What is too

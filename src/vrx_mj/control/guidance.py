@@ -316,7 +316,7 @@ def clear_course(
 
 
 def _charge(here: Point, course: float, centre: Point, radius: float, reach: float) -> float:
-    """What passing a disc on a course costs [rad]: nothing outside of it, most through the middle of what is near."""
+    """Cost of passing a disc on a course [rad]: none outside of it, largest through the middle of a near one."""
     along, left = in_axes(course, centre[0] - here[0], centre[1] - here[1])
     across = abs(left)
     if along <= 0.0 or across >= radius:

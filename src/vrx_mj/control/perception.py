@@ -111,7 +111,7 @@ def catalogue_of(types: Iterable[str]) -> str:
 
 
 def kind_of(blob: Blob, catalogue: str, scale: float | None = None) -> Kind | None:
-    """What a blob is; None if nothing in the catalogue looks like it.
+    """Kind of a blob; None if nothing in the catalogue looks like it.
 
     Of balls of several sizes that one is taken that has the blob's width at the `scale` [pixels/m], or the middle one.
     """

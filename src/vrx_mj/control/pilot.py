@@ -104,7 +104,7 @@ class Pilot:
         return push + self.craft.turning_drag(wanted) - self._observed[2]
 
     def _expect(self, seen: Estimate, t: float, thrust: Thrust) -> None:
-        """What accelerations the thrust should make [m/s2, rad/s2], as far as the model goes."""
+        """Accelerations that the thrust should cause by the model [m/s2, rad/s2]."""
         drag = self.craft.drag(seen.surge, seen.sway)
         surge, sway = (thrust.surge - drag[0]) / self.craft.mass, (thrust.sway - drag[1]) / self.craft.mass
         moment = thrust.yaw - self.craft.turning_drag(seen.turn)

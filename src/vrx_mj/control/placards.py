@@ -125,7 +125,7 @@ class Face(Place):
     looks: int = 0
     """Number of looks through a camera from near."""
     tried: float = 0.0
-    """Time spent on trying to see it from before [s]."""
+    """Time spent on trying to see it from in front [s]."""
     votes: Counter[str] = field(default_factory=Counter)
     """Symbols read."""
 
@@ -134,7 +134,7 @@ class Face(Place):
         return math.dist(self.place, other.place) < _MATCH_RADIUS and math.cos(self.facing - other.facing) >= 0.5
 
     def note(self, symbol: str, *, near: bool = True) -> None:
-        """It was looked at, and this symbol read, or none; from afar that counts little, in haze."""
+        """Count a look from `near`, and the symbol that was read, if any: from afar haze may hide it."""
         self.looks += near
         if symbol:
             self.votes[symbol] += 1
@@ -146,11 +146,11 @@ class Face(Place):
         return best[0][0] if best and best[0][1] >= 2 else ""
 
     def ahead(self, distance: float, left: float = 0.0) -> Point:
-        """The place at a distance [m] before it, and to the left of who looks away from it."""
+        """The place at a distance [m] in front of it and `left` [m] of its normal, seen along that."""
         return beside(self.place, self.facing, distance, left)
 
     def offset(self, x: float, y: float) -> tuple[float, float]:
-        """How far a place is before it and to its left [m], as `ahead` has them."""
+        """Distances of a place in front of it and to the left [m], the inverse of `ahead`."""
         return in_axes(self.facing, x - self.x, y - self.y)
 
 
@@ -161,7 +161,7 @@ class FaceMap:
         self.faces: list[Face] = []
 
     def see(self, here: Point, found: list[Face]) -> None:
-        """Take the faces of one look from `here` [m]; their places are relative to it."""
+        """Add the faces of one look from `here` [m], to which their places are relative."""
         for face in found:
             face.x, face.y = face.x + here[0], face.y + here[1]
             known = nearest(self.faces, face.place)
@@ -338,19 +338,19 @@ class Tower:
     colors: set[str] = field(default_factory=set)
     """Colours seen when it was looked at in passing."""
     since: float = math.inf
-    """When it was first gone to [s]."""
+    """Time at which the boat first went to it [s]."""
     shows: list[tuple[float, str]] = field(default_factory=list)
     """What was seen when it was watched: time [s] and colour."""
-    dark: bool = False
-    """Whether it is given up, as no light buoy."""
+    rejected: bool = False
+    """Whether it was found to be no light buoy."""
 
     @property
-    def lit(self) -> bool:
+    def is_lit(self) -> bool:
         """Whether it showed two colours: trees and stones, in the light of the evening, show one at most."""
         return len(self.colors) > 1
 
     def far(self, seen: Estimate) -> float:
-        """How far off it is [m], more so if it was hardly seen: of a shore a lidar sees now this stone, now that."""
+        """Distance to it [m], increased if it was seldom seen: on a shore a lidar sees different stones each time."""
         return seen.to(*self.place)[0] * (1.0 + _DOUBT_LOOKS / self.seen)
 
 
@@ -364,13 +364,13 @@ class DockLookout:
 
     @property
     def faces(self) -> list[Face]:
-        """What may be placards: seen more than three times."""
+        """Faces that may be placards: seen more than three times."""
         return [face for face in self._map.faces if face.seen > 3]
 
     @property
     def towers(self) -> list[Tower]:
-        """What may be light buoys: seen more than three times, not given up, and no placard's edge."""
-        known = [tower for tower in self._towers if tower.seen > 3 and not tower.dark]
+        """Towers that may be light buoys: seen more than three times, not rejected, and not the edge of a placard."""
+        known = [tower for tower in self._towers if tower.seen > 3 and not tower.rejected]
         return [tower for tower in known if all(math.dist(tower.place, face.place) > 2.5 for face in self._map.faces)]
 
     @property
@@ -379,7 +379,7 @@ class DockLookout:
         return [(_BANK_CELL * column, _BANK_CELL * row) for column, row in self._banks]
 
     def look(self, now: Moment, *, near_only: bool = False) -> None:
-        """Look, if it is time to; `near_only` is for who has found the bay and needs no more but where that is."""
+        """Look, if it is time to; with `near_only` only for faces within 30 m, as when the bay is found."""
         seen, t = now.seen, now.t
         points = lidar_points(now, self._look_pause, _LIDAR_PERIOD, reach=30.0 if near_only else _LIDAR_RANGE)
         if points is None:
@@ -405,15 +405,13 @@ class DockLookout:
         if shows and t < shows[-1][0] + _LIGHTS_PERIOD - 1e-6:
             return None
         if camera is None:
-            tower.dark = True
+            tower.rejected = True
             return None
         window = cutout(boat.sensors[camera], seen, (*tower.place, _LAMP_HEIGHT), _LAMP_HALF_SIZE)
         shows.append((t, lamp_color(window) if window is not None else OFF))
         tower.colors |= {shows[-1][1]} - {OFF}
-        tower.dark = t - shows[0][0] > (_WATCHING_TIME if tower.lit else _DARK_TIME)
+        tower.rejected = t - shows[0][0] > (_WATCHING_TIME if tower.is_lit else _DARK_TIME)
         return sequence(shows)
-
-    # Inside
 
     def _note_tower(self, cluster: Cluster, seen: Estimate) -> None:
         if not _MIN_TOWER_TOP < cluster.top < _MAX_TOWER_TOP:
@@ -438,7 +436,7 @@ class DockLookout:
         """Read the symbols that can be read from here, and see which towers are lit."""
         boat, seen, _, t = now
         signs = [face for face in self._map.faces if _legible(face, seen)]
-        towers = [tower for tower in self.towers if not tower.lit and tower.looks < _GLANCES and _in_view(tower, seen)]
+        towers = [one for one in self.towers if not one.is_lit and one.looks < _GLANCES and _in_view(one, seen)]
         camera = camera_ahead(boat)
         if not (signs or towers) or camera is None:
             return
@@ -453,7 +451,7 @@ class DockLookout:
             if window is not None:
                 tower.looks += seen.to(*tower.place)[0] < _LAMP_PLAIN_DISTANCE
                 tower.colors |= {lamp_color(window)} - {OFF}
-                tower.dark = tower.looks >= _GLANCES and not tower.lit
+                tower.rejected = tower.looks >= _GLANCES and not tower.is_lit
 
 
 def _legible(face: Face, seen: Estimate) -> bool:

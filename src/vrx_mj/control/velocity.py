@@ -204,7 +204,7 @@ class Craft:
     """Share of full thrust ahead that is left at a speed ahead [m/s]; None: speed takes none of it."""
 
     def drag(self, surge: float, sway: float) -> tuple[float, float]:
-        """What holds the boat back at a velocity [m/s] ahead and to port: the forces [N] that keep it up."""
+        """Drag of the boat at a velocity [m/s] ahead and to port, as the forces [N] that balance it."""
         resistance = self.resistance(surge) if self.resistance else 0.0
         return _drag(self.surge_drag, surge) + resistance, _drag(self.sway_drag, sway)
 
@@ -278,7 +278,7 @@ WAMV_VRX3 = Craft(
 
 
 def craft_of(boat: "BoatObservation") -> Craft:
-    """What a boat is: a WAM-V, with the figures of the gains, or else with the figures of its hull.
+    """Dynamics of a boat: a WAM-V has the figures that the gains are for, another boat those of its hull.
 
     A boat whose observation has no hull, as one made by hand, is taken for a WAM-V.
     """

@@ -29,7 +29,7 @@ def check_driver(remedy: str = 'take vrx_mj.Batch(engine="free"), or device="cpu
 
 
 class RowsObserved(NamedTuple):
-    """What a learner needs of rows, arrays on the device that stay where they are."""
+    """Observations of rows for a learner: arrays on the device whose addresses do not change."""
 
     features: FloatArray
     """(n, boats, 13): `vrx_mj.Batch.features`."""
@@ -88,7 +88,7 @@ class Batch:
         at = self._rows.arrays
         self._asked, self._going = 0, at["going"]
         self.boats, self.channels, self.timestep = host.boats, host.channels, host.timestep
-        """As of `vrx_mj.Batch`."""
+        """Names of boats and of channels, and the timestep [s], as `vrx_mj.Batch` has them."""
         self.open_water = len(host._arrays.movers) == 1 and not len(host._arrays.obstacles)
         """Whether a row has nothing that its boat could touch; then no row ever stops for it."""
         self.qpos: FloatArray = arrays.asarray(at["qpos"][: self.n])
@@ -103,7 +103,7 @@ class Batch:
         seen = at["features"], at["wind_velocity"], at["surface"]
         self._observed = RowsObserved(*map(arrays.asarray, seen))
         self.features, self.wind, _ = self._observed
-        """As of `vrx_mj.Batch`: `features` after the last `advance`, `wind` at the last `observe`."""
+        """Features of boats after the last `advance` and wind at the last `observe`, as in `vrx_mj.Batch`."""
 
     @property
     def diverged(self) -> BoolArray:

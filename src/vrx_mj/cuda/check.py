@@ -56,7 +56,7 @@ _CASES = {
         {"sea": _SEA, "physics": {"profile": "marine"}, "current": {"speed": 0.3, "var_gain": 0.05}}, 32_768, 20e6
     ),
 }
-"""By name; what compiles longest is last."""
+"""Worlds that are compared and measured, by name; the one that compiles longest is last."""
 
 
 class Extent(NamedTuple):
@@ -67,7 +67,7 @@ class Extent(NamedTuple):
     more: int = 256
     """Rows of which some are compared with the CPU's."""
     divisor: int = 1
-    """Of the numbers of rows and environments that are measured."""
+    """Divisor of the numbers of rows and environments that are measured."""
     launches: int = 20
     """Launches that are measured."""
     episode: int = 100
@@ -190,7 +190,8 @@ def _command(rows: Batch | batch.Batch) -> None:
     rows.command(shares[:, None] * np.ones(len(rows.channels)))
 
 
-def _found(name: str) -> ModuleType | None:
+def _module(name: str) -> ModuleType | None:
+    """A module by name; None if it is not installed."""
     try:
         return importlib.import_module(name)
     except ModuleNotFoundError:
@@ -204,7 +205,7 @@ def main(extent: Extent = Extent()) -> int:  # noqa: B008  (it is a tuple of num
         CommandError: there is no graphics processor, or not enough memory.
     """
     check_driver("run this on a machine with an NVIDIA card")
-    begun, check = time.perf_counter(), _Check(extent, _found("torch"), _found("gymnasium"))
+    begun, check = time.perf_counter(), _Check(extent, _module("torch"), _module("gymnasium"))
     print(check.card, flush=True)
     fleet = {"usv_count": 1, "thrusters": "H", "engines": "fixed", "sensors": "none", "positions": [{"x": 0, "y": 0}]}
     for number, (name, case) in enumerate(_CASES.items()):

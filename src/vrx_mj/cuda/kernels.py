@@ -27,8 +27,8 @@ Stream = Any
 SIMULATED = bool(config.ENABLE_CUDASIM)
 """Whether this is numba's simulator of a processor, in which arrays of the device are NumPy's."""
 _FEW_WAVES, _MAX_REGISTERS = 10, 96
-"""Up to so many waves a row has all registers that it wants; beyond, more rows at once are faster: on an H100 with 60
-waves 765 million steps a second with 96 registers and 541 without a limit; with 5 waves 1,330 and 1,769."""
+"""Number of waves above which a thread gets at most so many registers, so that more rows run at once: on an H100 765
+million steps a second against 541 without a limit at 60 waves, but 1,330 against 1,769 at 5."""
 _BLOCK_SIZE = 64
 """Threads of a block. From 32 to 256 speeds differ by 6 %."""
 
@@ -37,7 +37,7 @@ if not SIMULATED:
 
     @register_model(LanesType)
     class _LanesModel(PrimitiveModel):  # type: ignore[misc]
-        """Of a value of lanes, a thread has one number."""
+        """A value of lanes on the device: a thread holds one number of it."""
 
         def __init__(self, manager: Any, kind: Any) -> None:
             super().__init__(manager, kind, ir.DoubleType())
@@ -98,16 +98,16 @@ def copy_rows(which: BoolArray, sources: IntArray, parts: tuple[Table, ...], who
 
 
 def launcher(function: Callable[..., None], threads: int, waves: int, stream: Stream) -> Callable[..., None]:
-    """What launches a kernel on a stream, for so many threads and waves.
+    """A kernel that is launched on a stream with a number of threads, compiled for rows of a number of waves.
 
-    What was compiled is kept with the kernels of the CPU, whose folder belongs to their sources.
+    Compiled code is kept beside the kernels of the CPU, in a folder named after their sources.
     """
     with warnings.catch_warnings():  # a few rows leave most of a processor idle
         warnings.simplefilter("ignore")
         registers = None if waves <= _FEW_WAVES else _MAX_REGISTERS
         kernel = cuda.jit(function) if SIMULATED else _compile(function, registers)
-        found: Callable[..., None] = kernel[(threads + _BLOCK_SIZE - 1) // _BLOCK_SIZE, _BLOCK_SIZE, stream]
-    return found
+        launch: Callable[..., None] = kernel[(threads + _BLOCK_SIZE - 1) // _BLOCK_SIZE, _BLOCK_SIZE, stream]
+    return launch
 
 
 @cache

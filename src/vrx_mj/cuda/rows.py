@@ -31,14 +31,14 @@ _Tables = tuple[DeviceArray, ...]
 _COMMON_ARRAYS = ("time", "done", "features")
 """Arrays of all rows to which no run leads."""
 _ROW_ARRAYS = {*SEPARATE, "qpos", "qvel", "xfrc_applied"}
-"""Tables that a step changes: of threads that share a row, each has its own."""
+"""Tables that a step changes; each thread that shares a row has a copy of its own."""
 _STATE_ARRAYS = {*_ROW_ARRAYS, *_COMMON_ARRAYS}
 
 
 class DeviceRows:
-    """Arrays on the device by the names of the host's; each stays where it is while its size does.
+    """Arrays on the device under the names of the host's; each keeps its address until its size changes.
 
-    Of `_ROW_ARRAYS` the first threads of all rows have the first n rows, the second threads the next, and so on.
+    In `_ROW_ARRAYS` the first n rows belong to the first threads of all rows, the next n to the second ones, and so on.
     """
 
     def __init__(self, rows: RowTables, stream: Stream) -> None:
@@ -55,7 +55,7 @@ class DeviceRows:
         self.push()
 
     def _check_memory(self, size: int) -> None:
-        """CommandError: the device has not so many bytes left."""
+        """Check that the device has so many bytes left; CommandError: it has not."""
         if not SIMULATED:
             free, _ = cuda.current_context().get_memory_info()
             check_memory(self._rows.n, size // self._rows.n + 1, int(free))
@@ -68,7 +68,7 @@ class DeviceRows:
         return ((name, host) for name, host in named.items() if host.nbytes)
 
     def _copies(self, name: str) -> int:
-        """How many threads of a row have an array of their own."""
+        """Number of copies of an array: one for each thread of a row if a step changes it."""
         return self.threads if name in _ROW_ARRAYS else 1
 
     def _work(self, row: int) -> VesselWork:
@@ -96,7 +96,7 @@ class DeviceRows:
                 runs[table][inside, 0] = (there + place)[inside]
         if self._marine:
             for name, part in self._work(0)._asdict().items():
-                self._room(name, (n, *part.shape), part.dtype)
+                self._allocate(name, (n, *part.shape), part.dtype)
             self._put("columns", self._columns(range(n)))
             self._put("sharing", np.tile(np.arange(n), self.threads))
             self._put("others", lanes > 0)
@@ -109,7 +109,7 @@ class DeviceRows:
         self._stream.synchronize()
 
     def share(self) -> None:
-        """Give each thread of a row what the first has, and what its step changes."""
+        """Copy what a step changes from the first thread of each row to the others."""
         if self._shared:
             self._copy_rows(self.arrays["others"], self.arrays["sharing"], self._shared, self._shared)
 
@@ -144,7 +144,7 @@ class DeviceRows:
         self._starts = kept, wholes
 
     def begin(self, begun: DeviceArray, starts: DeviceArray) -> None:
-        """Let rows that are `begun`, (n,) of bool, go on from those of the kept starts that `starts`, (n,), names."""
+        """Reset the rows that are `begun`, (n,) of bool, to the kept starts with the numbers `starts`, (n,)."""
         self._copy_rows(begun, starts, *self._starts)
 
     def _copy_rows(self, which: DeviceArray, sources: DeviceArray, parts: _Tables, wholes: _Tables) -> None:
@@ -177,11 +177,11 @@ class DeviceRows:
 
     def _put(self, name: str, values: npt.NDArray[np.generic], copies: int = 1) -> None:
         """Copy an array of the host to the first of so many parts of one on the device."""
-        self._room(name, (copies * len(values), *values.shape[1:]), values.dtype)
+        self._allocate(name, (copies * len(values), *values.shape[1:]), values.dtype)
         self.arrays[name][: len(values)].copy_to_device(values, stream=self._stream)
 
-    def _room(self, name: str, shape: tuple[int, ...], dtype: npt.DTypeLike) -> None:
-        """Have an array on the device, where it is if it has this shape."""
+    def _allocate(self, name: str, shape: tuple[int, ...], dtype: npt.DTypeLike) -> None:
+        """Allocate an array on the device, unless there is one of this shape."""
         if name not in self.arrays or self.arrays[name].shape != shape:
             self.arrays[name] = cuda.device_array(shape, dtype)
 

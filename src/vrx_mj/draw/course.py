@@ -136,7 +136,7 @@ class Course:
     showings: tuple[Showing, ...] = ()
 
     def spots(self) -> Iterator[_Point]:
-        """What a picture of the course has to hold."""
+        """Points that a picture of the course has to contain."""
         for gate in self.gates:
             yield from (gate.left, gate.right)
         for bay in self.bays:

@@ -139,7 +139,7 @@ def _scale_bar(axes: Axes, view: Box) -> None:
 
 
 def _things(scene: MapScene, pixel: float) -> Iterator[Thing]:
-    """What is in the plan, as labels see it: boats with the tips of their arrows first, objects last."""
+    """Things of the plan that labels keep clear of: boats with the tips of their arrows first, objects last."""
     reach = max(_HULL_LENGTH / 2.0, 12.0 * pixel)
     for boat in scene.boats:
         yield Thing(boat.name, boat.x, boat.y, 1.12 * reach, must=True)
@@ -158,7 +158,7 @@ def _things(scene: MapScene, pixel: float) -> Iterator[Thing]:
 
 
 def _object_names(scene: MapScene, pixel: float) -> list[str]:
-    """What to write beside each object: its own name, or that of a course too small to see its parts."""
+    """Label of each object: its own name, or that of a course too small to see its parts."""
     groups: dict[str, list[tuple[float, float]]] = {}
     for item in scene.objects:
         groups.setdefault(item.name.split("/")[0], []).append((item.x, item.y))
@@ -220,7 +220,7 @@ def _draw_course(axes: Axes, scene: MapScene, pixel: float) -> None:
 
 
 def _course_things(scene: MapScene, pixel: float) -> Iterator[Thing]:
-    """What the course's drawings are to the labels: names of bays and beacons, and what names must not cover."""
+    """Things of the course for the labels: names of bays and beacons, and places that names must not cover."""
     course = scene.course
     for gate in course.gates:
         yield from _gate_things(gate, pixel)
@@ -248,7 +248,7 @@ def _gate_things(gate: GateBar, pixel: float) -> Iterator[Thing]:
 
 
 def _keep_off(place: FloatArray, radius: float) -> Thing:
-    """What names must not cover."""
+    """A place that names must not cover."""
     return Thing("", float(place[0]), float(place[1]), radius)
 
 

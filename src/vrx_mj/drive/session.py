@@ -65,7 +65,7 @@ class Session(Driver):
         """How often time began again."""
 
     def start(self) -> None:
-        """Let time begin now: opening a screen takes some."""
+        """Start the clock now, as opening a screen takes time."""
         self.pacer.restart(self._clock())
 
     def press(self, key: str) -> None:

@@ -48,15 +48,15 @@ def _main() -> None:
     nothing = os.open(os.devnull, os.O_RDWR)
     for handle in (0, 1, 2):  # whatever is printed stays out of the answers
         os.dup2(nothing, handle)
-    places = json.loads(block_from(jobs))
-    sys.path[:] = places["modules"]
+    settings = json.loads(block_from(jobs))
+    sys.path[:] = settings["modules"]
     warnings.simplefilter("ignore")
-    if places["forks"]:
+    if settings["forks"]:
         while select.select([jobs], [], [], _IDLE_TIMEOUT)[0] and (job := block_from(jobs)):
-            _relay(*_start_job(job, (jobs, answers), places["libraries"]), answers)
+            _relay(*_start_job(job, (jobs, answers), settings["libraries"]), answers)
     else:
         _prepare(job := json.loads(block_from(jobs)))
-        answer = _job_answer(job, places["libraries"])
+        answer = _job_answer(job, settings["libraries"])
         answers.write(LENGTH.pack(len(answer)) + answer + LENGTH.pack(0) + STATUS.pack(0, time.process_time()))
         answers.flush()
         os._exit(0)  # no thread of a library is waited for

@@ -97,7 +97,7 @@ def _place(blob: bytes, blobs: list[bytes]) -> int:
 
 
 def unpack(block: bytes) -> Any:
-    """What `packed` was given, with dictionaries for dataclasses and lists for all sequences.
+    """The value that `packed` was given, with dictionaries for dataclasses and lists for all sequences.
 
     Raises:
         ValueError: the block is damaged.

@@ -332,7 +332,7 @@ def _part(urdf: Urdf, name: str, base: str, turn: Pose = IDENTITY, *, held: Coll
 
 
 def _thrusters(urdf: Urdf, gazebo: Gazebo, config: RobotConfig) -> Iterator[tuple[str, UrdfThruster]]:
-    """Those of the plugins, unless the YAML names any; each with its names as in the URDF."""
+    """Thrusters of the plugins, unless the YAML names any; each with its names as in the URDF."""
     if not config.thrusters:
         yield from ((item.name, item) for item in gazebo.thrusters)
         return
@@ -416,7 +416,7 @@ def _in_frame(urdf: Urdf, hinge: Joint | None, link: str) -> Pose:
 
 
 def _sensors(urdf: Urdf, gazebo: Gazebo, config: RobotConfig) -> tuple[SensorConfig, ...]:
-    """Those of the URDF, then those of the YAML, posed in the base link's frame."""
+    """Sensors of the URDF, then those of the YAML, posed in the base link's frame."""
     found = {sensor.name: sensor for sensor in gazebo.sensors}
     for index, sensor in enumerate(config.sensors):
         if sensor.name in found:

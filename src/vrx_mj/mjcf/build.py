@@ -20,15 +20,13 @@ from vrx_mj.formats.parts.read import load_parts, wamv_urdf
 from vrx_mj.formats.urdf.expand import Arguments, ExpandedText, check_library, expand, own_packages
 from vrx_mj.formats.urdf.model import Urdf
 from vrx_mj.formats.urdf.reader import MeshFiles, in_namespace, read_urdf, with_file_uris
-from vrx_mj.formats.urdf.xml_document import read_bytes
+from vrx_mj.formats.urdf.xml_document import has_xacro, read_bytes
 from vrx_mj.mjcf.boats import Boat, assemble_boat, with_places
 from vrx_mj.mjcf.flotation import DENSITY, LINES, Derived, derived_floats, derived_lines
 from vrx_mj.packages import root
 
 _SHOWN_NOTES = 12
 """Number of faults of a robot that a warning lists."""
-_XACRO_MARKS = ("<xacro:", "${", "$(")
-"""Text by which a URDF with something to expand is recognized."""
 _VRX, _NONE = "vrx", "none"
 """Names of the suites that a fleet can ask for whatever the robot: what it carries by default, and nothing."""
 _HULL_KEYS = {"added_mass": "added_mass hydro", "drag_linear": "damping_linear", "drag_quadratic": "damping_quadratic"}
@@ -179,7 +177,7 @@ def _plain_urdf(file: Path) -> str | None:
         return None  # `expand` reports what is wrong
     first, *rest = text.split("<!--")  # VRX's macros leave comments with expressions in them
     bare = first + "".join(piece.partition("-->")[2] for piece in rest)
-    return None if any(mark in bare for mark in _XACRO_MARKS) else text
+    return None if has_xacro(bare) else text
 
 
 def _layout(order: Order, config: RobotConfig) -> Mapping[str, str]:

@@ -57,7 +57,7 @@ from vrx_mj.mjcf.parameters import (
     wind_parameters,
 )
 from vrx_mj.mjcf.pieces import Part, Piece, Pieces, owner_of
-from vrx_mj.mjcf.robots import boat_kind, boat_rows, reweighed_piece, stiffness
+from vrx_mj.mjcf.robots import boat_kind, boat_rows, drag_share, reweighed_piece
 from vrx_mj.mjcf.scene import marker_rows, scene_parameters, scene_values
 from vrx_mj.mjcf.tasks import Touch, task_parameters, thing_touches, touch_sensor, touches_of
 from vrx_mj.mjcf.templates import render
@@ -333,7 +333,7 @@ class _Compilation(Assembly):
 
 
 def _warn_if_stiff(boat: boats.Boat, timestep: float) -> None:
-    share = stiffness(boat, timestep)
+    share = drag_share(boat, timestep)
     if share > _STIFF_DRAG:
         text = f"robot {boat.name}: its linear drag removes {share:.3g} times its velocity in a step of {timestep:g} s"
         text += f"; beyond {_STIFF_DRAG:g} it diverges: check `drag_linear`, or use a shorter timestep"

@@ -175,7 +175,8 @@ def _hulls(wet: FloatArray) -> Iterator[_Hull]:
 
 def _hull(wet: FloatArray) -> _Hull:
     edges = np.linspace(wet[:, :, 0].min(), wet[:, :, 0].max(), _STATIONS + 1)
-    pieces = [_between(wet, low, high) for low, high in itertools.pairwise(edges)]
+    turned = wet[:, :, [1, 2, 0]]  # `below` cuts along the last axis
+    pieces = [-below(-below(turned, high), -low)[:, :, [2, 0, 1]] for low, high in itertools.pairwise(edges)]
     found = [flotation_at(piece, 0.0) for piece in pieces]
     dx = float(edges[1] - edges[0])
     area = np.array([each.volume for each in found]) / dx
@@ -190,11 +191,6 @@ def _hull(wet: FloatArray) -> _Hull:
         _STATIONS * dx, edges[:-1] + 0.5 * dx, dx, middle, np.maximum(breadth, floor), np.maximum(draft, floor),
         np.maximum(area, floor**2), float(sizes.sum()), (ahead, astern),
     )  # fmt: skip
-
-
-def _between(corners: FloatArray, low: float, high: float) -> FloatArray:
-    """The parts of triangles between two x."""
-    return -below(-below(corners[:, :, [1, 2, 0]], high), -low)[:, :, [2, 0, 1]]
 
 
 def estimated_hull(

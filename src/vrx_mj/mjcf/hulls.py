@@ -21,7 +21,7 @@ from vrx_mj.mjcf.drift import HullInWaves, coriolis, cross_matrix, with_drift
 from vrx_mj.mjcf.flotation import Flotation, faces_of, flotation, hull_corners, lift_fault
 from vrx_mj.mjcf.surfaces import checked_surface, panels_of
 from vrx_mj.model.boats import MOST_TRIANGLES, Diffraction, Memory, Strip, Vessel
-from vrx_mj.model.kinds import Six
+from vrx_mj.model.kinds import MOTIONS, Six
 from vrx_mj.model.tables import nested_tuples
 from vrx_mj.model.water import Sea
 from vrx_mj.physics.tables import MATRIX, MESH
@@ -54,8 +54,6 @@ _MAX_FROUDE = 0.4
 """Froude number up to which boats are carried by their displacement (Faltinsen, 2005, 1.1)."""
 _VERTICAL = np.ix_((2, 3, 4), (2, 3, 4))
 """Rows and columns of heave, roll and pitch in a (6, 6) matrix."""
-_MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
-"""Names of the six motions."""
 
 
 def about_origin(matrix: FloatArray, point: Sequence[float] | FloatArray) -> FloatArray:
@@ -126,7 +124,7 @@ def check_mass(name: str, added: FloatArray, body: MassProperties, key: str) -> 
         )
     values, vectors = np.linalg.eigh(_inertia(body) + added)
     if values[0] <= 0.0:
-        motion = _MOTIONS[int(np.abs(vectors[:, 0]).argmax())]
+        motion = MOTIONS.names[int(np.abs(vectors[:, 0]).argmax())]
         raise VrxError(
             f"robot {name}: the mass of hull.{key} and the boat is not positive definite: its smallest eigenvalue is "
             f"{values[0]:.4g}, mostly of {motion}; check signs and sizes off the diagonal, and `point`"
@@ -257,7 +255,7 @@ def _stiffness_at_rest(
     if rest is None:
         restoring = about_origin(np.array(vessel.restoring), -np.array(vessel.point))
         notes = [
-            f"hull.restoring of {_MOTIONS[index]} is {restoring[index, index]:.4g} N m: it capsizes"
+            f"hull.restoring of {MOTIONS.names[index]} is {restoring[index, index]:.4g} N m: it capsizes"
             for index in (3, 4)
             if restoring[index, index] < 0.0
         ]
@@ -384,7 +382,7 @@ def _strips(config: CrossFlowConfig | None, level: float, density: float) -> tup
 
 
 def _stiffness(config: MarineHullConfig, body: MassProperties, point: FloatArray) -> dict[str, Any]:
-    """What a vessel has of a published model's restoring forces."""
+    """Fields of a vessel from a published model's restoring forces."""
     stiff = np.array(config.restoring)
     return {
         "hydrostatics": MATRIX,

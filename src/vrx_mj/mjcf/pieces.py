@@ -238,7 +238,7 @@ class Pieces:
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of all that MuJoCo makes its models of."""
+        """SHA-256 of everything that goes into MuJoCo's models."""
         parts = [(part.name, part.pose, part.piece.digest) for part in self.parts]
         return hashlib.sha256(repr((self.own.digest, parts)).encode()).hexdigest()
 
@@ -273,7 +273,7 @@ class Pieces:
         return Pieces(self.own.without(left), parts)
 
     def check(self) -> None:
-        """Have MuJoCo compile one of each kind, unless it has in this process.
+        """Compile one boat, dock and object of each kind in MuJoCo, unless this process has done so.
 
         Raises:
             ValueError: MuJoCo refuses the MJCF.

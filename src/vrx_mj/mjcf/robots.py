@@ -119,7 +119,7 @@ def robot_piece(
         "thrusters": thrusters,
         "cameras": [_camera_view(sensor) for sensor in boat.sensors if isinstance(sensor, CameraConfig)],
         "hinged": hinged,
-        "strangers": list(itertools.combinations(turning, 2)),
+        "excluded_pairs": list(itertools.combinations(turning, 2)),
         "pi": math.pi,
     }
     return Piece.from_template("robot.xml.j2", {item.file: item.content for item in needed}, **values)
@@ -232,8 +232,8 @@ def station_rows(boat: Boat) -> list[Station]:
     ]
 
 
-def stiffness(boat: Boat, timestep: float) -> float:
-    """Largest share of its velocity that linear drag takes from the boat in a step [s], along or about any axis.
+def drag_share(boat: Boat, timestep: float) -> float:
+    """Largest share of its velocity along or about any axis that linear drag takes from the boat in a `timestep` [s].
 
     Beyond 2 the explicit step of the drag diverges.
     """
@@ -378,7 +378,7 @@ def boat_rows(
     by_fleet = {mark.name: getattr(boat, key) for key, mark in marked_numbers(BoatConfig) if mark.record is Hull}
     is_marine = physics.profile == MARINE
     vessel = vessel_of(kind.boat, sea.density, in_waves=bool(sea.waves)) if is_marine else None
-    row = replace(
+    own = replace(
         _with_names(kind.hull, boat.name),
         wind=boat_wind(wind, physics, boat.name, boat.robot, own=kind.boat.wind),
         windage=boat_windage(wind, physics, (boat.name, boat.robot), kind.boat.windage),
@@ -393,7 +393,7 @@ def boat_rows(
         **{name: value for name, value in by_fleet.items() if value is not None},
     )
     return Rows(
-        hulls=[row],
+        hulls=[own],
         stations=[*kind.stations],
         thrusters=[
             replace(

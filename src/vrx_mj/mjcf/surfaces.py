@@ -263,7 +263,7 @@ def panels_of(corners: FloatArray) -> tuple[FloatArray, IntArray]:
 def _panels(
     corners: FloatArray, points: FloatArray, triangles: IntArray, longest: float
 ) -> tuple[FloatArray, IntArray]:
-    """As `panels_of`, for the longest edge [m]."""
+    """Panels as of `panels_of`, with a longest edge [m]."""
     found, even = (_divide(points, triangles, longest, even=choice) for choice in (False, True))
     axes = [axis for axis in (1, 0) if _same_surface(*_halves(corners, axis)) and not _is_mirrored(*found, axis)]
     if not axes:

@@ -128,7 +128,7 @@ DriftRow = tuple[Real, Real, Real, Real, Real, Real, Real, Real, Real, Real, Rea
 
 @record
 class Drift:
-    """What the other forces on a hull lack of the mean force of waves, in the hull's heading.
+    """Mean drift force of waves that the other forces on a hull do not contain, in the hull's heading.
 
     It is a polynomial of the hull's slow velocity through the water, times angular frequency over gravity.
     """

@@ -110,9 +110,10 @@ Vec3 = Annotated[tuple[Real, Real, Real], Parts("x", "y", "z")]
 Heading = Annotated[tuple[Real, Real], HEADING]
 UnitVector = Annotated[tuple[Real, Real, Real], TIED]
 WindForce = Annotated[tuple[Real, Real, Real], Parts("x", "y", "yaw")]
-_MOTIONS = Parts("surge", "sway", "heave", "roll", "pitch", "yaw")
-Six = Annotated[tuple[Real, Real, Real, Real, Real, Real], _MOTIONS]
-SixBySix = Annotated[tuple[Six, Six, Six, Six, Six, Six], _MOTIONS]
+MOTIONS = Parts("surge", "sway", "heave", "roll", "pitch", "yaw")
+"""Motions along and about the axes of a body, in the order of their numbers."""
+Six = Annotated[tuple[Real, Real, Real, Real, Real, Real], MOTIONS]
+SixBySix = Annotated[tuple[Six, Six, Six, Six, Six, Six], MOTIONS]
 Matrix = Annotated[tuple[Vec3, Vec3, Vec3], AfterValidator(_rotation), TIED]
 """A rotation, row by row."""
 Pose = tuple[Real, Real, Real, Angle, Angle, Angle]

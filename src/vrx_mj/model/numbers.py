@@ -49,7 +49,7 @@ class Number:
         return self.path[0] == "hulls" and self.path[2] in MJCF_FIELDS
 
     def field_value(self, given: object) -> float | tuple[float, float]:
-        """Return what its field has for a `given` value: the value, or the unit vector of a direction.
+        """Value of its field for a `given` number: the number, or the unit vector of a direction.
 
         Raises:
             CommandError: the value is not a number, or outside the range.

@@ -85,7 +85,7 @@ class Sums(NamedTuple):
 
 
 class Flotation(NamedTuple):
-    """What a link's elements do in a step: the wrench at its end, and what that comes from."""
+    """Loads of a link's elements in a step: the wrench at its end, and its parts."""
 
     wrench: Wrench
     """Buoyancy and drag at the end of the step: world axes, about the link's centre of mass."""

@@ -370,7 +370,7 @@ def allocating_kernel(function: _F) -> _F:
 
 
 def expanded_kernel(function: _F) -> _F:
-    """Have numba write a function out where kernels call it: it is never compiled by itself, only as a part of them.
+    """Decorator: numba expands the function where kernels call it, and never compiles it by itself.
 
     Arguments that are constants there, None above all, decide which of its branches are compiled.
     """

@@ -88,7 +88,7 @@ def _together(builder: ir.IRBuilder) -> ir.Value:
 
 
 def _wait(context: BaseContext, builder: ir.IRBuilder) -> None:
-    """Let threads that share a value wait for each other, and see what the others have written."""
+    """Wait for the threads that share a value, and see what they have written."""
     if context.get_value_type(_lanes) != _VECTOR:
         _card(builder, "bar.warp.sync", ir.VoidType(), _together(builder))
 

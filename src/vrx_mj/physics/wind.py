@@ -81,7 +81,7 @@ _Curve = list[tuple[float, float, float, float, float]]
 
 
 class Areas(NamedTuple):
-    """What a boat shows to the wind."""
+    """Areas of a boat in the wind."""
 
     frontal: float
     """Area seen from ahead [m2]."""
@@ -94,7 +94,7 @@ class Areas(NamedTuple):
 
 
 class Superstructure(NamedTuple):
-    """What Isherwood's formulas ask of a ship besides its areas."""
+    """Inputs of Isherwood's formulas besides the areas."""
 
     breadth: float
     """Breadth [m]."""
@@ -158,7 +158,7 @@ def isherwood_curve(more: Superstructure, areas: Areas, offset: float) -> tuple[
 
 
 class WindageRow(NamedTuple):
-    """What the wind does to a hull from an angle off its bow."""
+    """Wind load coefficients of a hull at an angle off its bow."""
 
     angle: float
     """Angle from which the apparent wind comes [rad], 0 to pi."""

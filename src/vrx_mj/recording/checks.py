@@ -45,7 +45,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What two recordings have in common."""
+    """Result of comparing two recordings."""
 
     first: Path
     """One recording."""
@@ -139,7 +139,7 @@ def _first_parting(first: FloatArray, second: FloatArray, names: Sequence[str]) 
 
 
 def rescore(source: str | Path | Record) -> tuple[Referee, tuple[tuple[float, str, str], ...]]:
-    """Have a task's referee look at a recording: the score is that of the run, to the last bit.
+    """Score a recording by its task's referee; the score equals that of the run bit for bit.
 
     Returns the referee after the last frame, and its lines over all of the recording: time [s], text, level.
 
@@ -192,7 +192,7 @@ def _frames_of(recorded: Record, referee: Referee) -> Iterator[Frame]:
 
 
 def restore_referee(referee: Referee, blob: bytes) -> None:
-    """Have a referee go on from a saved state of the run.
+    """Restore a referee from a saved state of the run.
 
     Raises:
         StateError: the state is of another task, or of a run without one.

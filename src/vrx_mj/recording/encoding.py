@@ -53,10 +53,10 @@ from vrx_mj.recording.static_chunks import change_chunks, looks_chunks, still_ch
 from vrx_mj.recording.task_chunks import TaskChunks, frame_chunk, task_chunks, touch_chunks
 from vrx_mj.recording.timeline import static, times
 
-_JOIN_SECONDS = 600.0
+_JOIN_TIMEOUT = 600.0
 """Longest time that rerun may take to join files [s]."""
 MOST_ROWS, _MOST_BYTES = 2560, 64 << 20
-"""Rows, and bytes, that become chunks at once: over two minutes, as each chunk takes 1 kB besides what is in it."""
+"""Largest numbers of rows and bytes that become chunks together: over two minutes, as each chunk takes 1 kB more."""
 _APPLICATION = "vrx_mj robot"
 _ROOT = "/robot"
 _SWEEP_TIME, _SWEEP_ROWS = 2.0, 40
@@ -64,7 +64,7 @@ _SWEEP_TIME, _SWEEP_ROWS = 2.0, 40
 
 
 class UnwrittenError(RecordError):
-    """There is no room for a file."""
+    """A file that cannot be written, such as for lack of room."""
 
 
 def encode(raw: Path, scenes: Iterable[RecordScene], target: Path) -> None:
@@ -72,7 +72,7 @@ def encode(raw: Path, scenes: Iterable[RecordScene], target: Path) -> None:
 
     Args:
         raw: the file, as `RecordWriter` appended to it.
-        scenes: what was recorded, and one more whenever boats or objects had come or gone.
+        scenes: the scene at the start, and one for each time that boats or objects came or went.
         target: is written whole or not at all.
 
     Raises:
@@ -115,7 +115,7 @@ def join_views(recording: Path, views: Path, output: Path) -> None:
         OSError: it cannot be written.
     """
     command = [str(viewer_binary()), "rrd", "route", str(views), str(recording), "-o", str(output)]
-    done = subprocess.run(command, capture_output=True, timeout=_JOIN_SECONDS, check=False, env=viewer_environment())
+    done = subprocess.run(command, capture_output=True, timeout=_JOIN_TIMEOUT, check=False, env=viewer_environment())
     if done.returncode != 0:
         errors = done.stderr.decode("utf-8", "replace").strip().splitlines()
         raise OSError(f"rerun cannot finish it: {errors[-1] if errors else done.returncode}")
@@ -130,7 +130,7 @@ class Encoder:
         self._boat_set = 0
         self._task, self._end = TaskChunks(self._first.parameters), 0.0
         self.error: Exception | None = None
-        """What went wrong while chunks were made."""
+        """Error that was raised while chunks were made."""
 
     def save_views(self, file: Path) -> Path:
         """Write the blueprint, with the trails of who joined later, to an `.rbl` file, which is returned."""
@@ -140,7 +140,7 @@ class Encoder:
         return file
 
     def chunks(self, parts: Iterator[Part]) -> Iterator[Chunk]:
-        """Every chunk of a file; its writer asks for the next when it wrote the last."""
+        """All chunks of a file, made one by one as its writer asks for them."""
         try:
             self._moving = MovingChunks(self._first)
             yield part_chunk([next(parts)])
@@ -148,7 +148,7 @@ class Encoder:
             yield from sensor_chunks(self._first)
             yield from task_chunks(self._first.parameters)
             for batch in _batches(parts):
-                yield from self._going(batch)
+                yield from self._batch_chunks(batch)
             yield from self._task.chunks(self._end)
             if self._moving.track is not None:
                 yield from plan_chunks(self._first, self._moving.track, self._moving.places)
@@ -156,8 +156,8 @@ class Encoder:
             self.error = error  # rerun's own error has less detail
             raise
 
-    def _going(self, batch: _Batch) -> Iterator[Chunk]:
-        """What has come in a while, then the boats that have come and gone at its end."""
+    def _batch_chunks(self, batch: _Batch) -> Iterator[Chunk]:
+        """Chunks of a batch of parts, then those of the boats and objects that come or go at its end."""
         found = {entity: batch.pop(entity, []) for entity in (STATES, ROWS, EVENTS, FRAMES, COMPANIES)}
         states, frames = all_states(found[STATES]), read_frames(found[FRAMES], self._boat_set + 1, sys.maxsize)
         if states:
@@ -236,7 +236,7 @@ def _chunks(model: mujoco.MjModel, name: str) -> Iterator[Chunk]:
 
 
 def _sweep(model: mujoco.MjModel, joint: int, part: RecordedPart) -> Chunk:
-    """The poses of what a joint moves, at the start and while it is its turn; `part` is at rest with 0."""
+    """Poses of a part at the start and while its joint sweeps; `part` is at rest with the joint at 0."""
     share, (low, high), rest = np.linspace(0.0, 1.0, _SWEEP_ROWS), model.actuator_ctrlrange[joint], model.qpos0[joint]
     qpos = np.zeros((1 + _SWEEP_ROWS, model.nq))
     qpos[1:, joint] = np.interp(share, [0.0, 0.25, 0.75, 1.0], [rest, high, low, rest]) - rest

@@ -352,11 +352,19 @@ def engine(path: str, time: FloatArray, thruster: RecordedThruster, angle: Float
 
 
 def sensor_chunks(scene: RecordScene) -> Iterator[Chunk]:
-    """What of the sensors does not change: where they are on their boats, how they are drawn, their series' names."""
+    """Static data of sensors: poses on their boats, looks, and names of their series."""
     colors = scene.colors()
     for sensor in scene.sensors:
         if isinstance(sensor.config, CameraConfig):
-            yield static(sensor.path, _mount(sensor, _OPTICAL_AXES), _pinhole(sensor.config))
+            pinhole = rr.Pinhole(
+                focal_length=focal_length(sensor.config),
+                width=sensor.config.width,
+                height=sensor.config.height,  # rerun has the axis go through the middle of the picture
+                image_plane_distance=_PICTURE_DISTANCE,
+                color=_FRUSTUM_COLOR,
+                line_width=0.01,
+            )
+            yield static(sensor.path, _mount(sensor, _OPTICAL_AXES), pinhole)
             yield static(sensor.path, rr.EncodedImage.from_fields(media_type="image/jpeg"))
         elif sensor.type == "lidar":
             yield static(sensor.path, _mount(sensor), rr.Points3D.from_fields(radii=[rr.Radius.ui_points(2.0)]))
@@ -376,18 +384,6 @@ def _mount(sensor: RecordedSensor, turn: FloatArray | None = None) -> rr.Transfo
     """Where a sensor is on its boat, its axes turned."""
     rotation = np.array(sensor.rotation) @ (np.eye(3) if turn is None else turn)
     return rr.Transform3D(translation=np.array(sensor.position, np.float32), mat3x3=rotation.astype(np.float32))
-
-
-def _pinhole(config: CameraConfig) -> rr.Pinhole:
-    """A camera's view: rerun has the axis go through the middle of the picture."""
-    return rr.Pinhole(
-        focal_length=focal_length(config),
-        width=config.width,
-        height=config.height,
-        image_plane_distance=_PICTURE_DISTANCE,
-        color=_FRUSTUM_COLOR,
-        line_width=0.01,
-    )
 
 
 def sensed_chunks(scene: RecordScene, parts: Sequence[Part]) -> Iterator[Chunk]:

@@ -32,7 +32,7 @@ REDRAW_PERIOD = 0.1
 
 
 def register() -> None:
-    """Have IPython, where it runs in this process, show a world as its map and a simulation as a table."""
+    """Register with IPython, if it runs in this process, to show a world as its map and a simulation as a table."""
     shell = _shell()
     if shell is None:
         return
@@ -64,7 +64,7 @@ def _world_map(world: "World") -> bytes:
 
 
 def simulation_line(sim: "Simulation") -> str:
-    """What runs, and how far it is."""
+    """World, time, seed and status of a simulation, in one line."""
     status = _status(sim, " is")
     return f"{sim.world.name} at t = {sim.time:g} s, seed {sim.seed}{status and f'; {status}'}"
 

@@ -159,7 +159,7 @@ class Part:
 
 @cache
 def validator(kind: Any) -> TypeAdapter[Any]:
-    """What reads JSON of a kind, made when it is first used: to write a recording needs none."""
+    """Validator of JSON of a kind, made at its first use, as writing a recording needs none."""
     return TypeAdapter(kind)
 
 
@@ -265,7 +265,7 @@ def raw_parts(path: Path) -> Iterator[Part]:
 
 @dataclass(frozen=True, eq=False)
 class Parsed:
-    """What was asked for of a file."""
+    """Content of a file that was asked for."""
 
     parts: tuple[Part, ...]
     """Chunks in the order of the file."""
@@ -280,7 +280,7 @@ class Parsed:
 
 
 def allowance(size: int) -> int:
-    """What a recording of `size` [bytes] may become in memory [bytes]."""
+    """Memory [bytes] that a recording of `size` [bytes] may take."""
     return _MIN_MEMORY + _MEMORY_RATIO * size
 
 

@@ -100,7 +100,7 @@ class SavedState:
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """What one boat or object did, a row per recorded time; NaN while it was not there."""
+    """Motion of one boat or object: a row per recorded time, NaN while it was absent."""
 
     name: str
     """Name of the boat or object."""
@@ -120,34 +120,34 @@ class Track:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Record(Head):
-    """A recording: its header, but for the layout, which is that of `rows`, and what was recorded."""
+    """Content of a recording: its header and all recorded data."""
 
     path: Path
     """The file that was read."""
     companies: tuple[BoatSet, ...]
-    """The boats that sailed together at first, and one more whenever one joined or left."""
+    """The boat sets: the first, and one for each time that a boat joined or left."""
     events: tuple[Event, ...]
-    """What happened, in order of time."""
+    """Events in order of time."""
     states: tuple[SavedState, ...]
     """States from which the run can go on."""
     frames: tuple[RecordedFrame, ...]
     """What the referee of the world's task looked at: boat set, a row of `tasks.layout`, and what was sent with it."""
     rows: FloatArray
-    """Rows (n, columns) as they were; `layout.names()` names the columns. NaN while a body was not there."""
+    """Recorded rows, (n, columns); `layout.names()` names the columns. NaN while a body was absent."""
     row_companies: IntArray
-    """Numbers of the boat sets that the rows are of, (n,)."""
+    """Number of the boat set of each row, (n,)."""
     complete: bool
-    """Whether the recording was closed; a killed run leaves one that was not."""
+    """Whether the recording was closed; False if its run was killed."""
     has_views: bool
     """Whether the file opens with its views."""
 
     @property
     def physics_version(self) -> object:
-        """`constants.PHYSICS_VERSION` of the run, 1 of one that did not say."""
+        """`constants.PHYSICS_VERSION` of the run; 1 if the file does not give it."""
         return self.properties.get("physics_version", 1)
 
     def warn_of_physics(self) -> None:
-        """Warn if the run was one of another version of the physics than this one."""
+        """Warn if the run used another version of the physics than this one."""
         if other := other_physics(self.physics_version):
             warnings.warn(f"'{self.path}' is {other}", VrxWarning, stacklevel=3)
 
@@ -163,23 +163,23 @@ class Record(Head):
 
     @property
     def wind_angle(self) -> FloatArray:
-        """Angles (n,) by which the wind blows off `wind_direction` [rad], counter-clockwise; 0 unless it turns."""
+        """Angle of the wind off `wind_direction` at each time, (n,) [rad], counter-clockwise; 0 unless it turns."""
         angles: FloatArray = self.rows[:, self.layout.wind_angle].sum(axis=1)
         return angles
 
     @cached_property
     def boats(self) -> Mapping[str, Track]:
-        """What each boat did, by name."""
+        """Track of each boat, by name."""
         return self._tracks("boat")
 
     @cached_property
     def objects(self) -> Mapping[str, Track]:
-        """What each object did, by name."""
+        """Track of each object, by name."""
         return self._tracks("object")
 
     @cached_property
     def balls(self) -> Mapping[str, Track]:
-        """Those of ball shooters, by `boat/shooter`; deep under water until they are shot."""
+        """Track of each ball, by `boat/shooter`; it is deep under water until it is shot."""
         return self._tracks("ball")
 
     def _tracks(self, kind: str) -> dict[str, Track]:
@@ -196,7 +196,7 @@ class Record(Head):
         return self.companies[0].files
 
     def without_divergence(self) -> Record:
-        """It without rows of a state that had diverged, as the last one of a run may be."""
+        """The recording without rows of a diverged state, such as the last one of a run."""
         fine = sound_rows(self.rows, self.row_companies, [boat_set.layout for boat_set in self.companies])
         if fine.all():
             return self
@@ -214,7 +214,7 @@ class Record(Head):
         return before[-1]
 
     def readings(self, boat: str, sensor: str) -> RecordedReadings:
-        """What a sensor measured, in the order of time.
+        """Readings of a sensor, in order of time.
 
         Raises:
             UnknownNameError: nothing of such a sensor was recorded.
@@ -229,7 +229,7 @@ class Record(Head):
 
 
 def read_record(path: str | Path, *, whole: bool = False) -> Record:
-    """The recording in a file; with `whole`, all that is only for looking at was parsed too.
+    """The recording in a file; with `whole`, the parts that only viewers need are parsed too.
 
     The file is parsed in a process of its own, and all that is in it is checked: it may be damaged, or a stranger's.
 
@@ -404,7 +404,7 @@ class RecordedReadings(Sequence[Reading]):
         return Reading(sensor.name, sensor.type, time, sequence, sensor.frame, self._data(row))
 
     def _data(self, row: Mapping[str, Any]) -> Any:
-        """What the sensor measured, from a row of its columns."""
+        """Data of the sensor's reading, from a row of its columns."""
         numbers = SENSOR_KINDS[self.sensor.type].numbers
         if numbers is None:
             camera = self.sensor.config

@@ -84,7 +84,7 @@ class RecordedJoint:
 
 @dataclass(frozen=True, eq=False)
 class RecordedPart:
-    """What hangs on another body: a link of an object, a block of a floating dock, or a placard on its block."""
+    """A part that hangs on another body: a link of an object, a block of a floating dock, or a placard on its block."""
 
     path: str
     """Its entity, under that of what it hangs on."""
@@ -273,7 +273,7 @@ class RowLayout:
 
     @property
     def marks(self) -> slice:
-        """What lights and placards show, as `sensors.displays` has it."""
+        """Marks of lights and placards, as in `sensors.displays`."""
         return slice(self.qvel.stop, self.qvel.stop + self.display_marks)
 
     @property
@@ -292,7 +292,7 @@ class RowLayout:
         return slice(start, start + 6)
 
     def names(self) -> tuple[str, ...]:
-        """What each column is, for people: `wamv1 y`, `wamv1 left thrust`, `qpos[30]`."""
+        """Readable names of the columns: `wamv1 y`, `wamv1 left thrust`, `qpos[30]`."""
         names = ["time", "wind_speed"]
         names += [f"{boat} {name} thrust" for boat, name in self.thrusters]
         names += [f"{boat} {name} angle" for boat, name in self.thrusters]

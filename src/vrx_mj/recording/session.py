@@ -256,7 +256,7 @@ class RunWriter(RecordWriter):
 
 
 def _changed_scene(before: RecordScene, sim: Simulation, choices: Choices, begun: float) -> RecordScene:
-    """What is recorded from `begun` [s] on, when boats, objects or docks have come or gone."""
+    """Scene that is recorded from `begun` [s] on, after boats, objects or docks have come or gone."""
     there = sim.world.parameters
     names = {item.name for table in (there.boats, there.objects, there.docks) for item in table}
     new = names - {body.name for body in before.bodies} - ball_names(there)
@@ -267,7 +267,7 @@ def _changed_scene(before: RecordScene, sim: Simulation, choices: Choices, begun
 
 
 def _recorded_scenes(record: Record) -> Iterator[RecordScene]:
-    """What was recorded, made again from the recorded worlds: the first scene, and each that boats or objects changed.
+    """Scenes rebuilt from the recorded worlds: the first one, and one for each change of boats or objects.
 
     Raises:
         RecordError, StateError: the recording holds no world, or is damaged.

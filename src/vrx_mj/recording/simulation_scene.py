@@ -67,7 +67,7 @@ _COARSENING = 1.1
 def scene_of(
     sim: Simulation, choices: Choices = MappingProxyType({}), *, looks_of: Sequence[str] | None = None
 ) -> RecordScene:
-    """What a recording of this simulation and of some of its sensors holds before its first row.
+    """Scene that a recording of this simulation and of some of its sensors begins with.
 
     With `looks_of` only these boats, objects and docks have surfaces: looking at all the world again takes seconds.
     """
@@ -93,7 +93,7 @@ def scene_of(
 
 
 def _still_scene(world: World, model: mujoco.MjModel, qpos: FloatArray, looks: _Looks) -> RecordScene:
-    """What a recording holds of a world with these positions, without the run."""
+    """Scene of a world with these positions, without a run."""
     return RecordScene(
         properties={},
         timestep=float(model.opt.timestep),
@@ -172,7 +172,7 @@ def _thrusters(world: World, looks: _Looks) -> Iterator[RecordedThruster]:
 
 
 def _looks(world: World, names: Sequence[str] | None) -> _Looks:
-    """What is seen of a world, or of some of its boats, objects and docks."""
+    """Looks of a world, or of some of its boats, objects and docks."""
     looks: _Looks = {}
     specs = [world.pieces.spec(Detail.VISUALS)] if names is None else [world.pieces.spec_of(name) for name in names]
     if names is None:
@@ -183,7 +183,7 @@ def _looks(world: World, names: Sequence[str] | None) -> _Looks:
 
 
 def _model_looks(world: World, model: mujoco.MjModel) -> _Looks:
-    """What is seen of every body, in its frame, and of every engine, `boat/thruster`, in the frame of its hinge.
+    """Looks of every body, in its frame, and of every engine, `boat/thruster`, in the frame of its hinge.
 
     What lights and placards show goes by the names of their geoms, all markers by the one of markers.
     """
@@ -218,7 +218,7 @@ def _at_hinge(surface: Surface, engine: Thruster) -> Surface:
 
 
 def _coarser_boats(parameters: Parameters, looks: _Looks) -> _Looks:
-    """What is seen of the boats and their engines, with few triangles; boats of a kind share it."""
+    """Looks of the boats and their engines with few triangles; boats of a kind share them."""
     made: dict[tuple[int, ...], tuple[Surface, ...]] = {}
     found: _Looks = {}
     for boat, hull in zip(parameters.boats, parameters.hulls, strict=True):

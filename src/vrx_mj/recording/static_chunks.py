@@ -39,7 +39,7 @@ _GONE_PLACE = (0.0, 0.0, -1e4)
 
 
 def still_chunks(scene: RecordScene) -> Iterator[Chunk]:
-    """What a recording begins with."""
+    """Static chunks at the beginning of a recording."""
     yield from _run_chunks(scene)
     yield static("/world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
     yield from _coming_chunks(scene)
@@ -159,7 +159,7 @@ def series_shades(colors: Sequence[Rgb]) -> list[Rgb]:
 
 
 def change_chunks(scene: RecordScene, before: RecordScene, first: RecordScene) -> Iterator[Chunk]:
-    """What comes, and the end of what goes, when boats or objects have joined or left since the scene before."""
+    """Chunks of boats and objects that have joined since the scene before, and the ends of those that have left."""
     kept = {body.path for body in scene.bodies}
     for body in (body for body in before.bodies if body.path not in kept):
         yield chunk_at(scene.begun, body.path, rr.Clear(recursive=True))

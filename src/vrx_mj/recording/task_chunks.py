@@ -306,7 +306,7 @@ class TaskChunks:
             self._write_status(self._begun, at_once=True)
 
     def _look(self, time: float, frame: Frame) -> None:
-        """Have the referee look, and take note of what has changed."""
+        """Let the referee look, and write the changes."""
         phase = self._referee.status.phase
         self._referee.look(frame)
         self._mark(time)
@@ -373,18 +373,18 @@ class TaskChunks:
         return self._rows[path][1][-1] if path in self._rows else (-math.inf, {})
 
     def _change(self, path: str, time: float, kind: Any, **fields: Sequence[Any]) -> None:
-        """Have fields of an archetype written, if they are others than before."""
+        """Write fields of an archetype if they have changed."""
         if self._last(path)[1] != fields:
             self._add(path, time, kind, fields)
 
     def _add(self, path: str, time: float, kind: Any, fields: _Fields) -> None:
-        """Have fields of an archetype written; of two rows at one time the later counts."""
+        """Write fields of an archetype; of two rows at one time the later counts."""
         if self._last(path)[0] == time:
             self._rows[path][1].pop()
         self._append(path, time, kind, fields)
 
     def _append(self, path: str, time: float, kind: Any, fields: _Fields) -> None:
-        """Have fields of an archetype written, several at one time too."""
+        """Write fields of an archetype, also several rows at one time."""
         self._rows.setdefault(path, (kind, []))[1].append((time, fields))
 
 
@@ -436,7 +436,7 @@ def _parts(progress: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _animal(animal: Mapping[str, Any]) -> str:
-    """What the boat does with an animal, and how many of its eight gates it has crossed."""
+    """Text about an animal: what the boat does with it, and how many of its eight gates it has crossed."""
     status = f"{animal['name']} {animal['status'].replace('_', ' ')}"
     return status if animal["goal"] == "avoid" else f"{status}, {len(animal['circled'])} of 8"
 

@@ -109,7 +109,7 @@ class Server:
 
 
 class _Page(BaseHTTPRequestHandler):
-    """What rerun serves at a port, under a policy."""
+    """The pages that rerun serves at a port, under a policy."""
 
     def __init__(self, port: int, policy: str, *of_connection: Any) -> None:
         self._port, self._policy = port, policy

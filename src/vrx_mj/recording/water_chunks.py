@@ -48,7 +48,7 @@ HEIGHTS = (0.04, 0.15)
 
 
 class HullWater(NamedTuple):
-    """What is shown of the water at a boat."""
+    """The drawn water at a boat."""
 
     lines: Lines
     """Lines of the patch at its hull."""
@@ -180,7 +180,7 @@ class WaterChunks:
             yield numbers(wake_path(boat), time[taken], rr.Mesh3D, vertex_positions=ring[frame, order][taken])
 
     def _begin(self, path: str, y: FloatArray, x: FloatArray, *more: rr.AsComponents) -> Iterator[Chunk]:
-        """What an entity with a mesh always has, once: triangles alone, without which a viewer drops the mesh."""
+        """Static part of an entity with a mesh: the triangles, without which a viewer drops the mesh."""
         if path not in self._begun:
             self._begun.add(path)
             yield static(path, rr.Mesh3D.from_fields(triangle_indices=sea.triangles(len(y), len(x))), *more)

@@ -20,7 +20,7 @@ __all__ = ["ActionError", "Env", "ParallelEnv", "TeamVectorEnv", "VectorEnv"]
 
 
 def __getattr__(name: str) -> Any:
-    """What needs PettingZoo, which is loaded when it is first used."""
+    """Import a name that needs PettingZoo at its first use."""
     if name in __all__:
         from vrx_mj.rl import zoo
 

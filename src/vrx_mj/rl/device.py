@@ -94,7 +94,7 @@ class DeviceEnvironment(Environment):
         return {"final_obs": observation, "final_info": dict(facts)}
 
     def episode_info(self, rows: BoolArray) -> Info:
-        """What the problem drew for the present episodes of all rows, and the number of each one's `start`, (n,)."""
+        """Values that the problem drew for the current episodes of all rows, and the number of each `start`, (n,)."""
         return self.problem.episode_facts() | {"start": self._starts}
 
     def _advance(self, going: BoolArray) -> BoolArray:

@@ -75,7 +75,7 @@ class LostBoats(RowArrays):
         self._batch = batch
         self.seen: SeenRows = batch
         self.sea_height: Callable[[FloatArray, FloatArray], FloatArray] = batch.sea_height
-        """Of the sea at the boats, (n, boats) [m], by their x and y."""
+        """Height of the sea [m] at x and y of boats, (n, boats) each."""
         self._rest = np.zeros((batch.n, len(batch.boats)))
 
     def launch(self, boat: int, rows: IntArray, spots: FloatArray) -> None:
@@ -190,7 +190,7 @@ Info = dict[str, Any]
 
 
 class TeamOptions(NamedTuple):
-    """What only teams have."""
+    """Options that only teams have."""
 
     boats: int | None
     """Number of boats; None: that of the problem or of the fleet."""
@@ -201,7 +201,7 @@ class TeamOptions(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What a step returned, (n, boats) each unless another shape is given."""
+    """Result of a step, (n, boats) each unless another shape is given."""
 
     observation: Floats32
     """Observations, (n, boats, features)."""
@@ -224,7 +224,7 @@ class Outcome(NamedTuple):
 
 
 class Episodes:
-    """What begins episodes of rows: draws what they have of their own, and puts their boats into the water."""
+    """Starts episodes of rows: draws their own conditions, and puts their boats into the water."""
 
     def __init__(
         self, batch: Rows, problem: Problem, roster: Roster, variety: Variety, generators: Generators,
@@ -387,7 +387,7 @@ class Environment:
         return team_of(self.seen.features, self.seen.wind, self.roster.present.copy())
 
     def _observe(self, team: Team) -> Floats32:
-        """What is observed; of a team, absent boats observe zeros. What is NaN, after divergence, is 0."""
+        """Observations; absent boats of a team observe zeros, and NaN after divergence becomes 0."""
         parts: tuple[npt.NDArray[np.floating], ...] = team.own, self._last, self.problem.observe(team)
         if self._neighbours is not None:
             parts = (*parts, self._neighbours.observe(team))
@@ -413,7 +413,7 @@ class Environment:
 
 
 class ProblemRows:
-    """What both vector environments have."""
+    """Common part of both vector environments."""
 
     closed = False
     """Whether `close` was called."""

@@ -197,7 +197,7 @@ class VectorEnv(ProblemRows, gymnasium.vector.VectorEnv[Floats32, Floats32, npt.
         self._core.picture.close()
 
     def use(self, row: int, random: np.random.Generator) -> None:
-        """Have a row draw from this generator from now on."""
+        """Set the generator from which a row draws its episodes."""
         self._core.generators.use(row, random)
 
     # Inside

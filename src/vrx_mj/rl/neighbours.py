@@ -29,7 +29,7 @@ class NeighbourView(NamedTuple):
     """Delay of what is observed [steps]."""
 
     def entries(self) -> tuple[Entry, ...]:
-        """What is observed, in the order of the observation."""
+        """Entries of the observation, in their order."""
         unit = self.range / 5.0
         of = (
             ("is seen", 1.0), ("ahead [m]", unit), ("to port [m]", unit), ("sine of the turn to its heading", 1.0),
@@ -79,7 +79,7 @@ class Neighbours:
         return whole.reshape(*found.shape[:2], -1)
 
     def _noise(self, order: IntArray) -> FloatArray:
-        """What is added to the reports, (n, boats, k, 6), of the boats `order`, (n, boats, k)."""
+        """Noise that is added to the reports, (n, boats, k, 6), of the boats `order`, (n, boats, k)."""
         boats = len(self._pairs)
         pair = self._pairs[np.arange(boats)[None, :, None], order]
         step = self._step.astype(np.uint64)[:, None, None] * np.uint64(boats * boats)

@@ -213,7 +213,7 @@ VARIED: Mapping[str, Range] = {
 
 
 class Generators:
-    """What the rows draw their episodes from; row i of seed s is a generator of seed s + i alone."""
+    """Generators of the rows' episodes; that of row i for seed s is that of seed s + i alone."""
 
     def __init__(self, n: int) -> None:
         self._n = n
@@ -242,7 +242,7 @@ class Generators:
         self._random = [fresh[row] if row in fresh else self._random[row] for row in range(self._n)]
 
     def use(self, row: int, random: np.random.Generator) -> None:
-        """Have a row draw from this one from now on."""
+        """Set the generator of a row."""
         if not self._random:
             self._random = [seeding.np_random(None)[0] for _ in range(self._n)]
         self._random[row] = random
@@ -306,7 +306,7 @@ class Variety:
             self._rows.vary(rows, **changed)
 
     def facts(self) -> Facts:
-        """What was drawn last, by the names of the options, (n,) or, of phases, (n, waves)."""
+        """Values drawn last by the names of the options, (n,), or (n, waves) for phases."""
         return dict(self._drawn)
 
 

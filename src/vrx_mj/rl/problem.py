@@ -116,7 +116,7 @@ Rows = Batch | RefereedRow
 
 
 class SeenRows(Protocol):
-    """What a step reads of rows, by the names of `vrx_mj.Batch`."""
+    """Arrays of rows that a step reads, under the names of `vrx_mj.Batch`."""
 
     @property
     def features(self) -> FloatArray:
@@ -220,7 +220,7 @@ class Team(NamedTuple):
 
 
 class Judged(NamedTuple):
-    """What a step was worth."""
+    """Rewards of a step, and which episodes it ends."""
 
     own: FloatArray
     """Reward of each boat, (n, boats)."""
@@ -287,7 +287,7 @@ class Problem(RowArrays, ABC):
 
     @abstractmethod
     def observe(self, team: Team) -> FloatArray:
-        """What is observed of the task, (n, boats, len(entries)), in SI units."""
+        """Observation of the task, (n, boats, len(entries)), in SI units."""
 
     @abstractmethod
     def judge(self, team: Team, going: BoolArray) -> Judged:
@@ -298,11 +298,11 @@ class Problem(RowArrays, ABC):
         return {name: getattr(self, f"_{name}") for name in self.step_facts}
 
     def episode_facts(self) -> Facts:
-        """What `start` drew, (n, ...) each: for the `info` of an episode's beginning, which copies it."""
+        """Values that `start` drew, (n, ...) each, which `info` has a copy of when an episode begins."""
         return {name: getattr(self, f"_{name}") for name in self.start_facts}
 
     def forfeit(self, left: IntArray) -> FloatArray:
-        """What each boat forfeits that is lost, (n, boats), with so many steps of its episode left, (n,).
+        """Penalty of a lost boat, (n, boats), with so many steps of its episode left, (n,).
 
         At least as much as the rest of the episode could cost a boat that stays where it is: to end an episode by
         sinking is never better than to go on. Here: nothing is charged for time, and `MIN_LOSS` is a drift of 200 m.

@@ -211,7 +211,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
     metadata: ClassVar[dict[str, Any]] = {
         "name": "vrx_mj", "render_modes": _RENDER_MODES, "render_fps": round(1 / PERIOD), "is_parallelizable": True,
     }  # fmt: skip
-    """What PettingZoo asks about the environment: its name, ways to draw it, pictures per second."""
+    """Metadata that PettingZoo reads: name, render modes and frames per second."""
 
     def __init__(self, problem: str, *, render_mode: str | None = None, **options: Any) -> None:
         """Compile the world; `options` are those of `TeamVectorEnv` except `num_envs` and `autoreset`."""

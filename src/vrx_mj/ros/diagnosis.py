@@ -63,7 +63,7 @@ _SHOWN_BOATS = 8
 
 
 class TopicHints:
-    """What those may mean who publish without a subscriber; each topic is looked at once for a table."""
+    """Hints for publishers of topics without a subscriber; each topic is looked at once for a table."""
 
     def __init__(self) -> None:
         self._table: RosInterface | None = None

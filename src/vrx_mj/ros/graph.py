@@ -81,7 +81,7 @@ class Registrations:
         return gone
 
     def move(self, nodes: Collection[str], uri: str, service_uri: str) -> None:
-        """Have these be the URIs of some nodes."""
+        """Set the URIs of some nodes."""
         self.nodes |= dict.fromkeys(self.nodes.keys() & nodes, uri)
         for kind, keys in self._entries.items():
             api = service_uri if kind == "service" else uri
@@ -201,7 +201,7 @@ class Graph:
             self.provide(name, Service(node, kind, call))
 
     def open(self, uri: str, service_uri: str) -> None:
-        """Have these be the URIs of the nodes of this process."""
+        """Set the URIs of the nodes of this process."""
         self.uri, self.service_uri = uri, service_uri
         self.registrations.move(self.local, uri, service_uri)
 
@@ -218,7 +218,7 @@ class Graph:
     # The simulation
 
     def offer(self, table: RosInterface) -> None:
-        """Have the simulation's node publish, listen to and provide what is in a table, and nothing else."""
+        """Register what the table has for the simulation's node, and unregister everything else of it."""
         own = dict(self._known_entries(table))
         self.table = table
         for key in [key for key, kind in self._own.items() if own.get(key) != kind]:
@@ -370,7 +370,7 @@ class Graph:
             self.local.discard(node)
 
     def mirror(self, state: Sequence[Mapping[str, Sequence[str]]], types: Mapping[str, str]) -> None:
-        """Have the nodes of other processes as a master reports them: publishers, subscribers, services."""
+        """Replace the nodes of other processes by those that a master reports: publishers, subscribers, services."""
         self._master_types = {name: kind for name, kind in types.items() if kind != "*"}
         for kind, known in zip(_REGISTRATION_KINDS, state, strict=False):
             there = {(name, node) for name, nodes in known.items() for node in nodes if node not in self.local}
@@ -444,7 +444,7 @@ class Graph:
         self.own_parameters = own
 
     def _note_removal(self, kind: str, name: str, node: str) -> None:
-        """What a node had registered is not there any more."""
+        """Tell wires that a node's registration is gone."""
         kept = self._latched.get(name)
         if kind == "publisher" and kept is not None:
             kept.pop(node, None)
@@ -539,7 +539,7 @@ class Wires:
 
     @property
     def traffic(self) -> Traffic:
-        """What all wires have carried."""
+        """Traffic of all wires since the start."""
         clients, sent, dropped = map(sum, zip((0, 0, 0), *(server.traffic for server in self.servers), strict=True))
         return Traffic(clients, sent, dropped + self._dropped + self._queue.dropped)
 

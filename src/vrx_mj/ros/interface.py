@@ -155,7 +155,7 @@ class Sent(NamedTuple):
 
 
 class Traffic(NamedTuple):
-    """What a transport has carried since it started."""
+    """Traffic of a transport since it started."""
 
     clients: int
     """Connected now."""

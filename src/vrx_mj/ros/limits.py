@@ -31,7 +31,7 @@ MOST_BYTES_OF_ALL = 128 << 20
 
 
 class Place:
-    """What one connection takes of what is bounded."""
+    """Share of one connection in everything that is bounded."""
 
     __slots__ = ("end", "host")
 
@@ -99,7 +99,7 @@ class ConnectionLimit:
         """Whether each is in use; of the others the longest waiting one comes first."""
 
     def enter(self, place: Place) -> bool:
-        """Let one more in, who waits for its peer, or not."""
+        """Admit a connection, which waits for its peer; return whether there was room."""
         while (crowd := self._crowd(place.host, self.inside, 1.0)) is not None:
             if not self._make_room(crowd):
                 return False
@@ -233,7 +233,7 @@ class Mailbox(Generic[_Item]):
 
 @dataclass(slots=True)
 class Counts:
-    """What has gone on a wire, and what is to go."""
+    """Bytes sent and waiting on a wire, and messages dropped."""
 
     sent: int = 0
     """Bytes sent."""
@@ -244,7 +244,7 @@ class Counts:
 
 
 class Outbox(Generic[_Item]):
-    """What waits for one that does not keep up: bounded, the oldest thrown away first; the newest is always kept."""
+    """Bounded queue for a slow receiver: the oldest is dropped first, and the newest is always kept."""
 
     def __init__(self, counts: Counts, most: int, filled: Callable[[], object]) -> None:
         """`most`: messages that wait, at most; `filled`: called when there is one more."""

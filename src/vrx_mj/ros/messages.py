@@ -57,7 +57,7 @@ _INTEGER_TYPES = ("byte", "char", *(f"{sign}int{bits}" for bits in (8, 16, 32, 6
 def typestore(
     base: Stores = Stores.ROS1_NOETIC, definitions: Path = DEFINITIONS, more: tuple[Path, ...] = ()
 ) -> Typestore:  # fmt: skip
-    """Every type that is known: those of a release of ROS, of the files in a folder, and of `more` files."""
+    """All known types: those of a release of ROS, of the files in a folder, and of `more` files."""
     store = get_typestore(base)
     store.max_sequence_length = _MAX_ARRAY
     types = {}
@@ -124,13 +124,13 @@ def decode(raw: bytes | memoryview, type_name: str) -> Message:
 
 @cache
 def definition(type_name: str) -> str:
-    """A type's definition as made from its fields, without comments, with those that it uses."""
+    """A type's definition and those of the types that it uses, made from their fields, without comments."""
     return typestore().generate_msgdef(full_name(type_name))[0]
 
 
 @cache
 def own_text(type_name: str) -> str:
-    """A type's definition without those that it uses, with ROS's comments where this machine has ROS's class of it."""
+    """A type's own definition, with ROS's comments if ROS's class of it is installed here."""
     package, _, name = type_name.rpartition("/")
     for folder in (*sys.path, CLASSES):
         file = Path(folder, package, "msg", f"_{name}.py")
@@ -143,7 +143,7 @@ def own_text(type_name: str) -> str:
 
 @cache
 def full_text(type_name: str) -> str:
-    """A type's definition, with those that it uses, for the header of a connection.
+    """A type's definition and those of the types that it uses, for the header of a connection.
 
     `rosbag check` compares it, comments too, with the text of the class that it finds.
     """
@@ -207,7 +207,7 @@ def _default(field: FieldDesc, types: _Types) -> object:
 
 
 def _dtype(field: FieldDesc) -> str:
-    """Type of numpy of an array of numbers; empty for what is none."""
+    """NumPy's type of the elements of an array of numbers; empty for any other field."""
     node, about = field
     if node not in {Nodetype.ARRAY, Nodetype.SEQUENCE} or about[0][0] != Nodetype.BASE or about[0][1][0] == "string":
         return ""
@@ -215,12 +215,12 @@ def _dtype(field: FieldDesc) -> str:
 
 
 def layout(type_name: str) -> str:
-    """The type of numpy of a type of numbers; bytes are as rosbags has them."""
+    """NumPy's name of a primitive type of numbers; bytes are unsigned, as in rosbags."""
     return "uint8" if type_name in {"byte", "char"} else type_name
 
 
 def _md5_text(type_name: str) -> str:
-    """What ROS computes an md5 sum of: the definition, with the sums of other messages in place of their types."""
+    """The text whose md5 sum ROS compares: the definition, with the sums of other messages in place of their types."""
     own = definition(type_name).partition(MEMBER)[0]
     return "\n".join(_md5_line(line) for line in own.splitlines() if line)
 
@@ -253,7 +253,7 @@ def ros1_name(type_name: str) -> str:
 
 @cache
 def known_types() -> Mapping[str, None]:
-    """Every message type, in order. What clients ask for is looked up here: `messages` keeps each name it is asked."""
+    """All message types in order, in which names from clients are looked up: caches of this module keep their names."""
     return dict.fromkeys(sorted(ros1_name(name) for name in typestore().types))
 
 

@@ -59,7 +59,7 @@ class Network:
             raise
 
     def soon(self, function: Callable[..., object], *arguments: object) -> None:
-        """Have a function called there; nothing happens once it is closed."""
+        """Call a function in the network's thread; once that is closed, nothing happens."""
         with contextlib.suppress(RuntimeError):
             self.loop.call_soon_threadsafe(function, *arguments)
 
@@ -153,7 +153,7 @@ class Notices:
             self.listener(level, line)
 
     def forget(self, kind: str, who: str) -> None:
-        """Let a line of this kind be written again."""
+        """Forget a line of this kind, so that it is written again."""
         self._written.discard((kind, who))
 
 

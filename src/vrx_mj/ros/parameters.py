@@ -60,7 +60,7 @@ def command_topic(boat: str, command: str) -> str:
 
 
 class Update(NamedTuple):
-    """What a subscriber of a parameter gets."""
+    """Update that a subscriber of a parameter gets."""
 
     subscribed: str
     """Absolute name of the parameter or namespace."""

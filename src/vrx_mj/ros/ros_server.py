@@ -188,7 +188,7 @@ class Lockstep:
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """What time waits for: topics, or the service."""
+        """Topics, or the service, that simulated time waits for."""
         if not self._answers:
             return (_STEP_SERVICE,)
         return tuple(topic for topic, waiting in self._answers.items() if not waiting)

@@ -174,7 +174,7 @@ class Nmea:
 
 
 class Autopilots(Protocol):
-    """What takes time on by itself: autopilots in lock-step, as `vrx_mj.autopilot.ArduPilot`."""
+    """Autopilots in lock-step, which advance time by themselves, such as `vrx_mj.autopilot.ArduPilot`."""
 
     restart: Callable[[], object]
     """Begins time anew, when an autopilot has restarted."""

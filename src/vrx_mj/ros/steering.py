@@ -88,7 +88,7 @@ class Steering:
         self._held.clear()
 
     def form(self, text: str) -> None:
-        """Have the fleet keep a formation, or go to another one.
+        """Command the fleet to keep a formation, or to change to another one.
 
         Raises:
             CommandError: the text is not a formation.

@@ -115,7 +115,7 @@ class AppliedForces:
             self._report("WARN", f"the force on {one.title} ends: {why}")
 
     def _refresh(self) -> None:
-        """Have frames of the present moment: those of steps are one step old."""
+        """Compute frames of the present moment: those of steps are one step old."""
         self._scratch.qpos[:] = self._sim.data.qpos
         mujoco.mj_kinematics(self._sim.model, self._scratch)
         mujoco.mj_comPos(self._sim.model, self._scratch)

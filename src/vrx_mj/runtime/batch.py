@@ -371,9 +371,9 @@ class Batch:
         thrust: Values = None,
         parameters: Mapping[str, npt.ArrayLike] | None = None,
     ) -> None:
-        """Change parameters of rows, which are to be reset then; each is one number, or one for each of these rows.
+        """Change parameters of rows, which must be reset afterwards; each is one number, or one for each of these rows.
 
-        A run that goes on instead feels some of them at once, as the mean wind, and others from its reset on.
+        A run that goes on is affected at once by some, such as the mean wind, and by the others from its reset on.
 
         Args:
             rows: mask or numbers of the rows; by default all.

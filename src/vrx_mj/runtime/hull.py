@@ -30,7 +30,7 @@ class Rudder:
     name: str
     """Name of the rudder."""
     position: Vector
-    """Where its force acts [m], body frame."""
+    """Point at which its force acts [m], body frame."""
     max_angle: float
     """Largest angle either way [rad]."""
     pressure: float

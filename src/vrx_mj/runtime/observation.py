@@ -90,7 +90,7 @@ class Observation(dict[str, BoatObservation]):
         return super().__contains__(name) or (name == TASK and self.task is not None)
 
     def get(self, name: str, default: Any = None) -> Any:
-        """A boat, or the task; `default` without one."""
+        """Entry of a boat or of the task; `default` if there is none."""
         try:
             return self[name]
         except KeyError:

@@ -447,7 +447,7 @@ class Equilibrium:
 
 
 class Variation:
-    """What the rows of a batch have otherwise than their world."""
+    """Parameters of a batch's rows that differ from their world's."""
 
     def __init__(self, world: World, rows: RowTables) -> None:
         """Start with all rows as the world is."""

@@ -308,7 +308,7 @@ def fixed_arguments(sea: Sea) -> tuple[str, ...]:
 
 
 class RowSeas:
-    """What the sea of each row has of its own.
+    """Parameters of the sea of each row.
 
     While rows differ in phases and heights alone, they share the world's waves.
     """

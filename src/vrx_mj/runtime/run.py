@@ -203,13 +203,13 @@ class Summary:
     interrupted: bool
     """Whether Ctrl-C ended the run."""
     boats: dict[str, BoatSummary]
-    """Where each boat is and how far it went, by name."""
+    """Pose and distance of each boat, by name."""
     task: TaskSummary | None = None
     """Result of the world's task; None if it has none."""
     warnings: tuple[str, ...] = ()
     """Boats that capsized, or spun faster than boats do, with the time at which it was first seen."""
     touches: tuple[Touch, ...] = ()
-    """What boats touched, by pair, also before the task starts and after its end; the largest force first."""
+    """Touches of boats, by pair, also before the task starts and after its end; the largest force first."""
 
     def as_dict(self) -> dict[str, object]:
         """The summary as plain data for JSON."""
@@ -404,7 +404,7 @@ def steady(sim: Simulation, thrust: Mapping[str, float]) -> Controller:
 
 @cache
 def fingerprint() -> str:
-    """What bit-equality depends on: processor, system, and the versions of what computes."""
+    """Platform on which bit-equality depends: processor, system, and versions of the libraries that compute."""
     core = mujoco.mj_versionString()  # pip updates it without the package `mujoco`
     versions = " ".join([f"mujoco-{core}", *(f"{name}-{metadata.version(name)}" for name in ("numba", "numpy"))])
     return f"{processor()}; {platform.system()} {platform.machine()}; python-{platform.python_version()} {versions}"
@@ -522,7 +522,7 @@ def names_controllers(sim: Simulation) -> bool:
 
 
 def fleet_controller(sim: Simulation) -> Controller | None:
-    """What calls every controller that the world's fleet names; None if it names none.
+    """Controller that calls every controller that the world's fleet names; None if it names none.
 
     Each is loaded once, however many boats it has, and is called with the observations of all boats and the time [s].
     Of what it returns the commands for its own boats are taken, and, if it has the boat that is scored, its messages to

@@ -335,7 +335,7 @@ class RunningWorld:
         self.task_runner.check(state.task)
 
     def _difference(self) -> str:
-        """What the first world has otherwise than the present one, and how to have it again."""
+        """Differences of the first world from the present one, and how to return to it."""
         if self.first.boats != self.world.boats:
             return f"boats than the simulation: call reset(), which restores {', '.join(self.first.boats)}"
         return "objects or docks than the simulation: call reset(), which restores those of the world"

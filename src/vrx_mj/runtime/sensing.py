@@ -246,7 +246,7 @@ class Sensing:
         self._kept.clear()
 
     def readings(self, boat: str) -> Readings:
-        """What a boat senses.
+        """Readings of a boat's sensors by name.
 
         Raises:
             UnknownNameError: no boat has that name.

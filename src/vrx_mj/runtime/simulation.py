@@ -244,7 +244,7 @@ class Simulation(Roster):
     @property
     @with_run_lock
     def state_sha256(self) -> str:
-        """Fingerprint of all that moves, that of `get_state()`."""
+        """SHA-256 of everything that moves, equal to `get_state().sha256`."""
         return self._live.moment().sha256
 
     @with_run_lock
@@ -471,7 +471,7 @@ class Simulation(Roster):
 
     @with_run_lock
     def unwatch_contacts(self, watch: ContactWatch) -> None:
-        """End what `watch_contacts` began."""
+        """Stop the calls that `watch_contacts` began."""
         self._subscriptions.unwatch(watch)
 
     # Recorders

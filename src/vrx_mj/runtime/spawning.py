@@ -175,7 +175,7 @@ def _check_place(arrays: LoopArrays, name: str) -> None:
 
 
 class Roster:
-    """What is in a world while it runs."""
+    """Boats, objects and docks of a running world."""
 
     _spawning: Spawning
     _run_lock: RunLock

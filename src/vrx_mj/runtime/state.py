@@ -54,7 +54,7 @@ MAX_KEPT_BYTES = 100_000_000
 
 @dataclass(frozen=True)
 class Version:
-    """What the header of a state of any version has."""
+    """Fields in the header of a state of any version."""
 
     version: int
 

@@ -63,15 +63,15 @@ class Touch:
     other: str
     """Another boat, an object or a dock, by its name, or `terrain`."""
     time: float
-    """When it began [s]."""
+    """Time at which it began [s]."""
     force: float
-    """The largest that was seen, of all points of contact together [N]."""
+    """Largest force observed, summed over all points of contact [N]."""
     duration: float = 0.0
-    """From when it began to the last contact that was seen [s]; it grows, as `force` does, while the touch lasts."""
+    """Time from its beginning to the last contact observed [s]; it grows, like `force`, while the touch lasts."""
     count: int = 1
-    """How many touches these are: in a run's summary, all of a pair, with the largest force and the whole duration."""
+    """Number of touches: in a run's summary all of a pair, with the largest force and the total duration."""
     point: Vec3 | None = None
-    """Where the largest force acted, the middle of all points of contact by their forces [m, ENU]."""
+    """Point at which the largest force acted: the mean of all points of contact, weighted by force [m, ENU]."""
     vector: Vec3 | None = None
     """The largest force on the boat [N, ENU]."""
 
@@ -349,7 +349,7 @@ class Subscriptions:
 
 
 class Listener(Protocol):
-    """What a recorder offers to a simulation."""
+    """Interface of a recorder to a simulation."""
 
     def rows(self, block: FloatArray) -> None:
         """Take sampled rows: [time, wind speed, thrusts, steering angles, qpos, qvel, displays' marks]."""

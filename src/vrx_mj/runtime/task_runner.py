@@ -31,7 +31,7 @@ TaskObservation = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Notes:
-    """What of a dump is not the referee's own."""
+    """Part of a dump that is not the referee's own."""
 
     seen: Annotated[int, Field(ge=-1, le=1 << 53)]
     """Number of the step of the last frame."""
@@ -45,7 +45,7 @@ _NOTES: TypeAdapter[Notes] = TypeAdapter(Notes)
 
 
 class Decision(NamedTuple):
-    """What follows from a frame of a task."""
+    """Result of a frame of a task."""
 
     row: FloatArray
     """Row of the frame, as `FrameLayout` has it."""
@@ -124,7 +124,7 @@ class TaskRunner:
         self._sent.append(self.referee.accept(topic, self._in_world(plain)))
 
     def observe(self) -> TaskObservation:
-        """What the team sees of the task."""
+        """Observation of the task for the team."""
         assert self.referee is not None, "a world without a task"
         return {
             **self.referee.info,

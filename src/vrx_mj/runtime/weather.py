@@ -37,7 +37,7 @@ class Sea:
         self.bind(arrays)
 
     def bind(self, arrays: LoopArrays) -> None:
-        """Go on in arrays in which boats have come or gone."""
+        """Continue with new arrays of the loop, after boats have joined or left."""
         self._arrays = arrays
 
     def height(self, x: npt.ArrayLike, y: npt.ArrayLike, t: npt.ArrayLike) -> FloatArray:
@@ -98,7 +98,7 @@ class Wind:
         self.forget()
 
     def bind(self, arrays: LoopArrays) -> None:
-        """Go on in arrays in which boats have come or gone."""
+        """Continue with new arrays of the loop, after boats have joined or left."""
         self._arrays = arrays
 
     @property

@@ -88,7 +88,7 @@ def covariance(*variance: float) -> tuple[float, ...]:
 
 
 class Measurement(Protocol):
-    """What a reading is made from, each part worked out when it is asked for."""
+    """Inputs of a reading, each computed on demand."""
 
     draw: Draw
     """Random numbers of this measurement."""

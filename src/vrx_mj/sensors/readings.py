@@ -119,12 +119,12 @@ class Label:
 
 @dataclass(frozen=True)
 class Labels:
-    """What a picture shows."""
+    """Labelled objects in a picture."""
 
     objects: tuple[Label, ...]
-    """All that is visible, in the order of their numbers."""
+    """Visible objects, in the order of their numbers."""
     mask: npt.NDArray[np.uint16]
-    """Number of the object that each pixel shows, (height, width); 0: water, sky, or what has no label."""
+    """Number of the object that each pixel shows, (height, width); 0: water, sky, or anything without a label."""
 
 
 @dataclass(frozen=True)
@@ -136,10 +136,10 @@ class Image:
     info: CameraInfo
     """Intrinsics of the camera."""
     labels: Labels | None = None
-    """What it shows, of a camera with `labels: true`."""
+    """Labels of the picture; None unless the camera has `labels: true`."""
 
     def jpeg(self, quality: int) -> bytes:
-        """The pixels as a JPEG file of a quality, of 100."""
+        """The picture as a JPEG file of a `quality` up to 100."""
         from PIL import Image as Pillow
 
         file = io.BytesIO()

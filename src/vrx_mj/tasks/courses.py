@@ -41,13 +41,13 @@ def distance(pose: Pose, goal: tasks.Goal | tasks.Pinger) -> float:
 
 
 class Stationkeeping(Referee):
-    """The score is the mean error [m]; the way to the goal counts."""
+    """The score is the mean error [m], the approach to the goal included."""
 
     title = "station-keeping"
 
     def __init__(self, task: tasks.Stationkeeping) -> None:
         super().__init__(task, RunningMean())
-        self._goal, self._heading, self._shown = task.goal, task.heading, tree_of(task.goal)
+        self._goal, self._heading, self._goal_output = task.goal, task.heading, tree_of(task.goal)
 
     def update(self, frame: Frame) -> None:
         """Take the error of a frame into the mean."""
@@ -59,7 +59,7 @@ class Stationkeeping(Referee):
         """The goal from `ready` on, and the errors while it runs."""
         if self.status.phase == "initial":
             return {}
-        return {"goal": dict(self._shown), **self.state.outputs}
+        return {"goal": dict(self._goal_output), **self.state.outputs}
 
 
 @dataclass
@@ -77,7 +77,7 @@ class Wayfinding(Referee):
 
     def __init__(self, task: tasks.Wayfinding) -> None:
         super().__init__(task, WayfindingState())
-        self._waypoints, self._shown = task.waypoints, tree_of(task.waypoints)
+        self._waypoints, self._waypoint_outputs = task.waypoints, tree_of(task.waypoints)
 
     @property
     def parts(self) -> dict[str, object]:
@@ -92,7 +92,7 @@ class Wayfinding(Referee):
         self.set_score(sum(self.state.errors) / len(self.state.errors))
 
     def enter(self, phase: Phase, frame: Frame) -> None:
-        """Log at the end how near the boat came."""
+        """Log the smallest errors at the end."""
         if phase == "finished":
             for number, error in enumerate(self.state.errors, start=1):
                 self.log(f"waypoint {number} of {len(self._waypoints)}: smallest error {error:.2f} m")
@@ -112,7 +112,7 @@ class Wayfinding(Referee):
         if self.status.phase == "initial":
             return {}
         errors = {"min_errors": list(self.state.errors), "mean_error": self.status.score}
-        return {"waypoints": [dict(each) for each in self._shown], **(errors if self.state.errors else {})}
+        return {"waypoints": [dict(each) for each in self._waypoint_outputs], **(errors if self.state.errors else {})}
 
 
 Side = Literal["outside", "before", "after"]
@@ -180,7 +180,7 @@ class _GateRules(Referee):
 
     @property
     def parts(self) -> dict[str, object]:
-        """What became of the gates."""
+        """Status of each gate."""
         return {"gates": self.state.gates}
 
 
@@ -314,7 +314,7 @@ class Gymkhana(Referee):
 
     @property
     def parts(self) -> dict[str, object]:
-        """What became of the gates."""
+        """Status of each gate."""
         return self._channel.progress
 
     def enter(self, phase: Phase, frame: Frame) -> None:

@@ -164,7 +164,7 @@ def _metres(key: str, value: object) -> float:
 
 @dataclass
 class AcousticPerceptionState:
-    """What the boat has done so far."""
+    """Progress of the boat."""
 
     distance: float | None = None
     """Distance to the beacon [m], in space; None before the first frame, at which the beacon is put to its place."""

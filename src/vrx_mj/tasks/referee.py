@@ -115,7 +115,7 @@ class Pose:
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """What a team sends to its task."""
+    """A message of a team to its task."""
 
     topic: str
     content: Any
@@ -262,7 +262,7 @@ def dead_time(task: TaskBase) -> float:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What follows from a frame."""
+    """Result of a frame."""
 
     actions: tuple[Action, ...]
     lines: tuple[tuple[str, str], ...]
@@ -377,7 +377,7 @@ class Referee:
 
     @property
     def outputs(self) -> Outputs:
-        """What the team sees now besides phase, times and score."""
+        """Outputs of the task for the team besides phase, times and score."""
         return {}
 
     def enter(self, phase: Phase, frame: Frame) -> None:
@@ -474,7 +474,7 @@ class Referee:
         return part
 
     def _advance(self, frame: Frame) -> None:
-        """Let the clock bring the next phase, if it is due; one at a frame."""
+        """Enter the next phase if it is due, at most one in a frame."""
         status, now = self.status, frame.time + EARLY
         if status.phase == "running":
             status.elapsed = frame.time - status.running_time

@@ -79,7 +79,7 @@ def mesh(name: str) -> tuple[FloatArray, IntArray]:
 
 @dataclass(frozen=True)
 class Band:
-    """What a reference is worth, and how near to it our value has to be."""
+    """Kind of a reference, and the band in which our value has to be."""
 
     evidence: str
     """One of `EVIDENCE`."""
@@ -177,7 +177,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What a case finds about one quantity."""
+    """Result of a case for one quantity."""
 
     quantity: str
     """What is compared, as `bands.csv` names it."""

@@ -47,7 +47,7 @@ _ANGLES = ("roll_deg", "pitch_deg", "heading_deg")
 
 @dataclass(frozen=True)
 class Result:
-    """What became of a case."""
+    """Outcome of a case."""
 
     case: Case
     rows: tuple[Row, ...]

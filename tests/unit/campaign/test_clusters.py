@@ -163,7 +163,7 @@ def test_workers_that_have_something_are_found_until_ray_ends_here(ray, tmp_path
     ray.ready, ray.listed = [], [{"NodeID": "there", "Alive": False}, {"NodeID": "here", "Alive": True}]
     assert cluster.ready(workers) == []
     ray.listed[1]["Alive"] = False
-    with pytest.raises(VrxError, match=r"^Ray has ended on this machine: start it again"):
+    with pytest.raises(VrxError, match=r"^Ray has stopped on this machine: start it again"):
         cluster.ready(workers)
     ray.ready = [first.stream]
     assert cluster.ready(workers) == [first]

@@ -36,9 +36,13 @@ def test_a_seed_draws_the_same_whatever_else_is_drawn_and_all_seeds_fill_the_ran
 
 
 def test_keys_of_files_and_patterns_stand_for_the_numbers_that_they_mean():
-    values = {"sea.significant_height": 0.2, "wind.mean_velocity": 5.0, "*.thrusters.*.max_command": 0.7}
-    assert numbers_by_name(compile_world(WAVES), values) == {
-        "sea.significant_height": 0.2, "wind.mean": 5.0,
+    values = {
+        "sea.significant_height": 0.2, "sea.ramp": 3.0, "wind.mean_velocity": 5.0, "wind.var_gain": 0.5,
+        "current.var_gain": 0.1, "current.var_time": 30.0, "*.thrusters.*.max_command": 0.7,
+    }  # fmt: skip
+    assert numbers_by_name(compile_world(WAVES | {"current": {"speed": 0.3}}), values) == {
+        "sea.significant_height": 0.2, "sea.tau": 3.0, "wind.mean": 5.0, "wind.gain": 0.5,
+        "current.gain": 0.1, "current.time_constant": 30.0,
         "wamv.thrusters.left.max_command": 0.7, "wamv.thrusters.right.max_command": 0.7,
     }  # fmt: skip
 
@@ -72,3 +76,5 @@ def test_quantities_that_a_world_does_not_take_are_refused_in_one_line(text, wor
 def test_a_quantity_is_given_once():
     with pytest.raises(VrxError, match=r"^--vary wind\.mean is given twice$"):
         parse_vary(["wind.mean=0..1", "wind.mean=0..2"])
+    with pytest.raises(VrxError, match=r"^--vary wind\.mean_velocity is given twice$"):
+        parse_vary(["wind.mean=0..1", "wind.mean_velocity=0..2"])

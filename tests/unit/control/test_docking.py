@@ -101,7 +101,7 @@ def test_a_tower_seen_lit_comes_first_and_one_behind_the_start_last(docking):
     assert docking._tower(estimate(0.0, 0.0)) is near
     far.colors = {"red", "blue"}
     assert docking._tower(estimate(0.0, 0.0)) is far
-    near.dark = far.dark = True
+    near.rejected = far.rejected = True
     assert docking._tower(estimate(0.0, 0.0)) is None
 
 

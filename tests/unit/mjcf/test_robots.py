@@ -18,7 +18,7 @@ from vrx_mj.config.fleet import Order
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.mjcf.boats import Boat, axis_inertia, boat_mass, body_mass, push_center, turning_mass
 from vrx_mj.mjcf.build import build_boat
-from vrx_mj.mjcf.robots import SERVO_INERTIA, hull_row, robot_piece, stiffness, thruster_rows
+from vrx_mj.mjcf.robots import SERVO_INERTIA, drag_share, hull_row, robot_piece, thruster_rows
 from vrx_mj.model.boats import Hull, Inertia
 from vrx_mj.packages import root
 from vrx_mj.rigid_bodies import combine, rigid, with_pose
@@ -315,11 +315,11 @@ def test_same_boat_same_text():
     assert robot_piece(wamv("X"), "hinged").document() == robot_piece(wamv("X"), "hinged").document()
 
 
-def test_stiffness_is_the_share_of_the_velocity_that_drag_takes():
+def test_the_largest_share_of_a_velocity_that_drag_takes_in_a_step():
     drag, inertia = (51.3, 40.0, 500.0, 50.0, 50.0, 400.0), (258.0, 258.0, 258.0, 217.031744, 566.083204, 682.856474)
     added = (0.0, 0.0, 0.1, 0.1, 0.1, 0.0)
     shares = [d * 0.01 / (m + a) for d, m, a in zip(drag, inertia, added, strict=True)]
-    assert stiffness(wamv(), 0.01) == pytest.approx(max(shares), rel=1e-6)
+    assert drag_share(wamv(), 0.01) == pytest.approx(max(shares), rel=1e-6)
 
 
 def test_two_balls_on_a_stick_have_the_inertia_of_a_dumbbell():

@@ -89,7 +89,7 @@ def test_a_boat_that_turns_by_itself_has_a_steady_turn_alone_and_is_said():
     own = math.degrees(math.sqrt(1.0 / 20.0))
     (remark,) = trial.remarks
     begins, _, rest = remark.partition(" at ")
-    assert begins == "it does not keep a straight course: with the helm midships it turns to starboard"
+    assert begins == "the vessel does not keep a straight course: with the helm midships it turns to starboard"
     assert float(rest.removesuffix(" deg/s")) == pytest.approx(own, rel=0.1)  # it has not settled yet
     found = values(trial)
     known = {"speed", "steady_radius", "steady_rate", "drift_angle"}

@@ -57,7 +57,7 @@ class Note:
 
 @dataclass
 class Report:
-    """What became of the parts of the files that one import reads, and what is wrong with them."""
+    """Report of one import: the fate of each part of its files, and all problems."""
 
     notes: list[Note] = field(default_factory=list)
     problems: list[Problem] = field(default_factory=list)

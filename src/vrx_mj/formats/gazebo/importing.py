@@ -35,7 +35,7 @@ from vrx_mj.formats.urdf.elements import unused_name
 from vrx_mj.formats.urdf.expand import Arguments, ExpandedText, check_library, declared_names, expand, own_packages
 from vrx_mj.formats.urdf.expand import arguments as declared_arguments
 from vrx_mj.formats.urdf.reader import MeshFiles, with_mesh_names
-from vrx_mj.formats.urdf.xml_document import file_error, read_bytes
+from vrx_mj.formats.urdf.xml_document import file_error, has_xacro, read_bytes
 from vrx_mj.packages import root
 
 TABLE = "import.md"
@@ -48,8 +48,6 @@ _ROBOTS = (".urdf", ".urdf.xacro")
 """Ends of names of files of boats."""
 _KINDS = (".world", ".world.xacro", ".launch", ".sdf", ".sdf.erb", *_ROBOTS)
 """Ends of names of files that a folder is searched for."""
-_MARKS = ("<xacro:", "${", "$(")
-"""Text by which a description with something to expand is recognized."""
 _EXPANDED = {"urdf", "arguments", "layouts", "suites"}
 """Keys of a robot's YAML that are about its xacro."""
 FATES: tuple[Fate, ...] = ("imported", "approximated", "ignored", "not read")
@@ -340,7 +338,7 @@ def _check_arguments(file: Path, arguments: Arguments) -> None:
 def _urdf(file: Path, arguments: Arguments) -> str:
     """The URDF of a description, expanded if there is something to expand."""
     text = read_bytes(file).decode("utf-8", errors="replace")
-    if not any(mark in text for mark in _MARKS):
+    if not has_xacro(text):
         return text
     with ignore_warnings():
         return expand(file, arguments=arguments, package_paths=package_paths())

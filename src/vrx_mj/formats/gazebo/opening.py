@@ -347,7 +347,7 @@ def _package(name: str) -> Path | None:
 
 
 def _launches(folder: Path, arguments: Arguments) -> tuple[dict[Path, Launch], list[str]]:
-    """What launch files of a folder start, with those arguments that each takes, and messages of those with faults."""
+    """Launches of the launch files in a folder, with the arguments that each takes, and messages about faulty ones."""
     files = list(files_below(folder, _LAUNCH))
     if len(files) > _MOST_LAUNCHES:
         raise VrxError(f"{len(files)} launch files in {display(folder)}: name one, or a smaller folder")

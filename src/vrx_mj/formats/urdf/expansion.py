@@ -369,7 +369,7 @@ def _check_names(element: minidom.Element) -> None:
 
 
 def _problem(error: Exception, cause: BaseException, made: Expansion, known: Sequence[str] | None) -> Problem:
-    """What stopped an expansion: the innermost error, where the files say what raised it."""
+    """Problem that stopped an expansion: the innermost error, at the place in the files that raised it."""
     if isinstance(cause, ConfigError):
         return cause.problems[0]
     mark = cause.problem_mark or cause.context_mark if isinstance(cause, yaml.MarkedYAMLError) else None

@@ -202,7 +202,7 @@ def mesh_glb(path: Path) -> bytes:
 
 
 def _ask(what: str, path: Path, size: int, returns: type[_Found]) -> _Found:
-    """What the sandboxed process gives of a mesh file."""
+    """Result of a job of the sandboxed process on a mesh file."""
     name = shorten(path.name)
     if path.suffix.lower() not in MESH_SUFFIXES:
         raise VrxError(f"expected a mesh that ends in {one_of(MESH_SUFFIXES)}, got '{name}'")
@@ -226,7 +226,7 @@ def stand_ins() -> Mapping[str, Mapping[str, Any]]:
 
 
 def _stand_in(name: str, pose: Pose, color: Color | None, scale: Vector = (1.0, 1.0, 1.0)) -> tuple[Visual, ...]:
-    """What is drawn where a URDF wants a mesh of VRX, which it names by this path; nothing for other meshes.
+    """Our meshes that are drawn in place of one of VRX's that a URDF names by this path; none for other meshes.
 
     `pose` is where the URDF draws the mesh in its link, `scale` how large; `color` is what it asks for, if it does.
     A scale that is not the same along all axes is only right for a mesh that VRX draws unturned.
@@ -263,9 +263,9 @@ def solid_mesh(shape: Shape | MeshRow, files: MeshFiles, findings: Findings) -> 
 
 
 def _seen_mesh(shape: Visual | MeshRow, files: MeshFiles, findings: Findings) -> Iterator[Visual]:
-    """What is seen of a shape; a mesh that is missing is drawn by ours for it, if there are any.
+    """The visible shape; a missing mesh is replaced by ours for it, if there are any.
 
-    A mesh that is only looked at refuses no robot: one that cannot be read is left out.
+    A visual mesh that cannot be read is left out, as it is no reason to refuse a robot.
     """
     if isinstance(shape, Visual):
         yield shape

@@ -58,6 +58,11 @@ def file_error(file: Path | str, message: str, key: str = "") -> ConfigError:
     return ConfigError.of(display(file) if isinstance(file, Path) else file, message, key=key)
 
 
+def has_xacro(text: str) -> bool:
+    """Whether a description has anything that xacro would expand."""
+    return any(mark in text for mark in ("<xacro:", "${", "$("))
+
+
 def read_bytes(file: Path) -> bytes:
     """Bytes of a file, up to the limit. Raises ConfigError."""
     try:

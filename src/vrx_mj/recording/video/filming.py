@@ -208,7 +208,7 @@ class Film:
         return self._inset[1]
 
     def _view_picture(self, time: float, eye_at: Callable[[float], Eye], size: tuple[int, int]) -> ByteArray:
-        """What an eye sees at a time [s], with the boats' names."""
+        """Picture from an eye at a time [s], with the boats' names."""
         moment = self._footage.at(time)
         stage, eye = self._stage_of(moment.boat_set), eye_at(time)
         shown = stage.draw(moment, eye, size)
@@ -395,7 +395,7 @@ _Encoder = Callable[[Path, ByteArrays, int, Fraction], None]
 
 
 def encoder_of(path: Path) -> tuple[_Encoder, tuple[int, int], float]:
-    """What writes a file, by its suffix, width and height [pixels] and pictures per second if none are asked for.
+    """Encoder of a file by its suffix, and its default width and height [pixels] and pictures per second.
 
     Raises:
         VideoError: unknown suffix, or its encoder is not installed.

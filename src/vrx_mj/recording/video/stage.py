@@ -113,7 +113,7 @@ def looking(position: Sequence[float], target: Sequence[float], up: Sequence[flo
 
 
 def view_of(eye: Eye, width: int, height: int) -> View:
-    """What an eye sees in a picture of a size [pixels]."""
+    """View of an eye in a picture of a size [pixels]."""
     smallest = _MIN_RADIUS_ABOVE if eye.rotation[2, 0] < -_ABOVE_AXIS else MIN_RADIUS
     return View.of_camera(eye.position, eye.rotation, eye.field, (width, height), _CLIPPING, smallest)
 

@@ -46,7 +46,7 @@ def bearings(x: FloatArray, y: FloatArray, yaw: FloatArray) -> FloatArray:
 
 
 def roles(bearing: FloatArray, yaw: FloatArray) -> IntArray:
-    """What each has to do, (n, 2), by their places when they sight each other; rule 13 (d): it stays so.
+    """Role of each boat, (n, 2), by their positions when they sight each other; by rule 13 (d) it stays so.
 
     Head-on where both are nearly ahead of each other on nearly reciprocal courses (rule 14). Else who is in the other's
     stern sector overtakes, unless the other is in its own as well (13). Else who has the other to starboard gives way
@@ -63,7 +63,7 @@ def roles(bearing: FloatArray, yaw: FloatArray) -> IntArray:
 
 
 def keeps_clear(role: IntArray) -> BoolArray:
-    """Who has to keep out of the way: rules 13 (a), 14 (a) and 15."""
+    """Whether a boat has to keep out of the way: rules 13 (a), 14 (a) and 15."""
     clear: BoolArray = (role == HEAD_ON) | (role == GIVE_WAY) | (role == OVERTAKING)
     return clear
 

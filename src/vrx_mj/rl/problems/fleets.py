@@ -112,7 +112,7 @@ class Formation(Problem):
         return Judged(own, np.zeros_like(team.present))
 
     def forfeit(self, left: IntArray) -> FloatArray:
-        """What it is off, 10 m more, and having another too near, for all steps left."""
+        """Penalty of the present error plus 10 m, and of another boat too near, for all steps left."""
         return (1.0 + 0.1 * (self._off + _LOSS_DISTANCE)) * left[:, None]
 
     def _rate(self) -> FloatArray:

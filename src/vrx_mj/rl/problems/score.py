@@ -84,7 +84,7 @@ class Score(Problem):
         return Judged(own, team.present & self._row.sim.task_is_over, change)
 
     def forfeit(self, left: IntArray) -> FloatArray:
-        """What the scored boat forfeits, more than most tasks pay."""
+        """Penalty of the scored boat, more than most tasks pay."""
         return np.where(np.arange(self.size) == self.anchor, _LOSS, 0.0)[None] * (left > 0)[:, None]
 
     def facts(self) -> Facts:

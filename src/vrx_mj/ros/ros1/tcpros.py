@@ -77,7 +77,7 @@ _LOOKUP_PERIOD = 0.2
 
 
 class Stream:
-    """What the publications of a node have in common."""
+    """Common part of a node's publications."""
 
     def __init__(self, node: str) -> None:
         self.node = node

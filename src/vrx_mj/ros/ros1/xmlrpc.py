@@ -166,7 +166,7 @@ class Proxy:
         self._streams: tuple[asyncio.StreamReader, asyncio.StreamWriter] | None = None
 
     async def call(self, method: str, *values: object, timeout: float = ANSWER_TIMEOUT) -> object:
-        """What the other end answers.
+        """Answer of the other end.
 
         Raises:
             OSError, EOFError, TimeoutError: it does not.

@@ -488,7 +488,7 @@ def _varying(type_name: str) -> list[tuple[str, str]]:
 
 @cache
 def _writers(type_name: str, cbor: bool) -> _Writer:
-    """What turns a message of a type into a mapping."""
+    """Functions that turn a message of a type into a mapping."""
     parts = [(field.name, _writer(field, cbor)) for field in fields(type_name).values()]
 
     def write(message: Message) -> dict[str, object]:
@@ -498,7 +498,7 @@ def _writers(type_name: str, cbor: bool) -> _Writer:
 
 
 def _writer(field: Field, cbor: bool) -> _Writer | None:
-    """What turns a field's value into what is written; None: it is that already."""
+    """Function that turns a field's value into JSON's; None if it is that already."""
     if field.length < 0:
         return _single_writer(field.type, cbor)
     if field.type in _BYTES:

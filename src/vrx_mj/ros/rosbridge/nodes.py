@@ -290,7 +290,7 @@ def _argument(asked: object, name: str, default: object) -> str:
 
 @dataclass
 class _Asked:
-    """What a page wants to have."""
+    """A message that a page wants."""
 
     topic: str
     type: str

@@ -72,7 +72,7 @@ _OPEN_TIMEOUT = 10.0
 
 
 class Hub:
-    """The graph as clients have it, and who is there."""
+    """The graph as clients see it, and the clients."""
 
     def __init__(self, graph: Graph) -> None:
         self.graph = graph
@@ -107,23 +107,23 @@ class Fragments:
         self._size = 0
 
     def add(self, message: Operation) -> str | None:
-        """One more fragment, in any order; gives the whole message with the last.
+        """Add a fragment, in any order; returns the whole message with the last one.
 
         Raises:
             CommandError: what is wrong with it.
         """
         identity, data = text(message, "id"), _data(message)
         total = _whole(message, "total", 1, MOST_INCOMING)
-        number = _whole(message, "num", 0, total - 1)
-        pieces = self._open.setdefault(identity, {})
-        before = pieces.get(number)
+        index = _whole(message, "num", 0, total - 1)
+        parts = self._open.setdefault(identity, {})
+        before = parts.get(index)
         self._size += len(data) + _FRAGMENT_OVERHEAD - (0 if before is None else len(before) + _FRAGMENT_OVERHEAD)
-        pieces[number] = data
+        parts[index] = data
         if self._size > MOST_INCOMING:
             self.end()
             raise CommandError(f"fragment: more than {MOST_INCOMING} characters of incomplete messages")
-        if len(pieces) >= total:
-            whole = "".join(pieces[number] for number in sorted(pieces))
+        if len(parts) >= total:
+            whole = "".join(parts[each] for each in sorted(parts))
             self._forget(identity)
             return whole
         self._intake.hold(self._place, self._size)
@@ -193,7 +193,7 @@ class Client:
         }
 
     async def serve(self) -> None:
-        """Do what it asks until it goes."""
+        """Run its operations until it disconnects."""
         self._hub.clients[self.number] = self
         self._hub.connections.wait(self._place)
         is_settled = False
@@ -239,7 +239,7 @@ class Client:
             self.send(message | {"id": identity} if isinstance(identity, str) else message)
 
     async def _write(self) -> None:
-        """Send for ever: answers before messages of topics."""
+        """Send all that waits, answers before messages of topics, until it is cancelled."""
         while True:
             await self._filled.wait()
             while (written := self._answers.pop() or self._messages.pop()) is not None:
@@ -247,8 +247,8 @@ class Client:
                 try:
                     frames = make()
                 except Exception as error:  # a message that is not of its type must not stop the others
-                    text = f"a message cannot be written: {type(error).__name__}: {error}"
-                    self._hub.report_once("", str(error), text)
+                    reason = f"a message cannot be written: {type(error).__name__}: {error}"
+                    self._hub.report_once("", str(error), reason)
                     continue
                 del written, make  # of what is being sent there is nothing else
                 for frame in frames:
@@ -313,7 +313,7 @@ class Client:
             self._hub.graph.register("publisher", name, node_name(self.number), type_name, latched=latch)
         elif self._topics[name].type != type_name:
             raise CommandError(f"topic {name} is a {self._topics[name].type}, not a {type_name}")
-        self._topics[name] = Advertised(type_name, latch)
+        self._topics.setdefault(name, Advertised(type_name, latch)).latch = latch  # what is kept still counts
 
     def _unadvertise(self, message: Operation) -> None:
         name = absolute(text(message, "topic"))
@@ -482,8 +482,8 @@ class Rosbridge:
         self._names = Names([host, os.environ.get("ROS_HOSTNAME", ""), os.environ.get("ROS_IP", "")])
 
     def start(self) -> Sequence[str]:
-        """Open it; returns where it is. NetworkError: it cannot be opened, and why."""
-        messages.typestore()  # it takes a while, which the first client should not wait
+        """Open it, and return lines with its address. NetworkError: it cannot be opened, and why."""
+        messages.typestore()  # loading it takes a while: the first client should not wait
         try:
             self._network.call(self._open(), _OPEN_TIMEOUT)
         except (OSError, TimeoutError) as error:
@@ -527,26 +527,26 @@ class Rosbridge:
         await Client(connection, connection.place, self._hub).serve()
 
     def _admit(self, connection: ServerConnection, request: Request) -> Response | None:
-        """Refuse a handshake, or not."""
+        """The response that refuses a handshake; None to accept it."""
         assert isinstance(connection, Socket)
         reached = str(connection.local_address[0])
         asked = ", ".join(request.headers.get_all("Host"))
         host = host_of(asked)
         for origin in request.headers.get_all("Origin"):  # programs send none
             if not (is_address(host) or self._names.has(host, reached)):
-                text = f"{ascii(asked)[:100]} is not a name of this machine; to give it that name, set ROS_HOSTNAME"
-                return self._refusal(connection, http.HTTPStatus.MISDIRECTED_REQUEST, "host", text)
+                reason = f"{ascii(asked)[:100]} is not a name of this machine; to give it that name, set ROS_HOSTNAME"
+                return self._refusal(connection, http.HTTPStatus.MISDIRECTED_REQUEST, "host", reason)
             if not self._origins.welcome(origin, host):
-                text = f"pages of {ascii(origin)[1:-1][:200]} may not connect{_allowing(origin)}"
-                return self._refusal(connection, http.HTTPStatus.FORBIDDEN, f"origin {origin}", text)
+                reason = f"pages of {ascii(origin)[1:-1][:200]} may not connect{_allowing(origin)}"
+                return self._refusal(connection, http.HTTPStatus.FORBIDDEN, f"origin {origin}", reason)
         if not self._hub.connections.has_room(connection.place):
-            text = f"too many clients are connected; no more from {connection.place.host} are accepted"
-            return self._refusal(connection, http.HTTPStatus.SERVICE_UNAVAILABLE, "crowd", text)
+            reason = f"too many clients are connected; no more from {connection.place.host} are accepted"
+            return self._refusal(connection, http.HTTPStatus.SERVICE_UNAVAILABLE, "crowd", reason)
         return None
 
-    def _refusal(self, connection: Socket, status: http.HTTPStatus, kind: str, text: str) -> Response:
-        self._hub.report_once(connection.place.host, kind, text)
-        return connection.respond(status, f"{text}\n")
+    def _refusal(self, connection: Socket, status: http.HTTPStatus, kind: str, reason: str) -> Response:
+        self._hub.report_once(connection.place.host, kind, reason)
+        return connection.respond(status, f"{reason}\n")
 
     async def _close(self) -> None:
         if self._server is None:

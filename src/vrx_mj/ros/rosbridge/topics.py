@@ -117,7 +117,7 @@ def node_name(number: int) -> str:
 
 
 class Topics(Wire):
-    """What clients listen to and publish: a `Wire` (see `vrx_mj.ros.graph`)."""
+    """Topics of rosbridge's clients: a `Wire` (see `vrx_mj.ros.graph`)."""
 
     def __init__(self, graph: Graph) -> None:
         self._graph = graph
@@ -125,7 +125,7 @@ class Topics(Wire):
         """Subscriptions by topic and client."""
 
     def listen(self, name: str, type_name: str, client: int, subscription: Subscription) -> list[Parcel]:
-        """Have a client's subscription get a topic's messages; returns those that are latched.
+        """Subscribe a client to a topic; returns the latched messages.
 
         Raises:
             CommandError: the topic has another type, or there are too many.
@@ -177,7 +177,7 @@ _Answer = TypeVar("_Answer")
 
 
 class Caller(Protocol):
-    """Who calls a service."""
+    """A caller of a service."""
 
     number: int
     sender: str
@@ -229,7 +229,7 @@ class Services:
         self._graph.provide(name, Service(self._graph.node, type_name, lambda *call: call[-1](None, only_here)))
 
     def advertise(self, name: str, offered: Offered) -> None:
-        """Have a client offer a service; CommandError: another one does."""
+        """Register a client as a service's provider; CommandError: another one provides it."""
         holder = self.offered.get(name)
         if self._graph.registrations.apis("service", name) and (holder is None or holder.client is not offered.client):
             raise CommandError(f"service {name}: it is already offered by {self.host(name)}")
@@ -256,7 +256,7 @@ class Services:
         self._graph.unregister("service", name, node_name(client.number))
 
     def host(self, name: str) -> str:
-        """Who offers a service, for people."""
+        """Provider of a service, for people."""
         if name in self.offered:
             return self.offered[name].client.sender
         node = next(iter(self._graph.registrations.holders("service", name)), self._graph.node)
@@ -343,7 +343,7 @@ class Services:
         return plain(response, f"{type_name}Response"), True
 
     async def _forward(self, offered: Offered, written: str, asked: object, timeout: float) -> tuple[object, bool]:
-        """Have a client answer a call."""
+        """Pass a call to the client that answers it."""
         key, answer = f"call_service:{written}:{next(self._numbers)}", asyncio.get_running_loop().create_future()
         self._calls[key] = Pending(offered.client, offered.type, written, answer)
         offered.client.send({"op": "call_service", "id": key, "service": offered.name, "args": asked})

@@ -327,11 +327,11 @@ class BoatFrames:
 
     def _turned_joints(self) -> list[tuple[BoatJoint, Spin]]:
         """Joints of engines as they are steered, and of propellers as they turn."""
-        spins, angles = self._spun(), self._host.sim.steering(self.boat)
+        spins, angles = self._propeller_spins(), self._host.sim.steering(self.boat)
         return [(joint, Spin(angles[name]) if steers else spins[name]) for joint, name, steers in self._thruster_joints]
 
-    def _spun(self) -> Mapping[str, Spin]:
-        """How the propellers turn now."""
+    def _propeller_spins(self) -> Mapping[str, Spin]:
+        """Angle and speed of each propeller now."""
         time = self._host.sim.time
         passed, self._time = time - self._time, time
         if passed < 0.0:  # time began anew
@@ -504,7 +504,7 @@ class Localization:
         return {"ll_point": self._geodetic(self._origin + self._axes @ point)}
 
     def _set_datum(self, request: Message) -> None:
-        """Have the frame begin at another place, its x axis along the heading that is given, from east."""
+        """Move the frame's origin, and turn its x axis to a heading from east."""
         place, turn = self._place(request.geo_pose.position), request.geo_pose.orientation
         if not math.isfinite(turn.x + turn.y + turn.z + turn.w):
             raise CommandError(f"invalid orientation of the datum of {self._boat}: finite numbers are needed")

@@ -305,7 +305,7 @@ def header(time: float, frame: str = "") -> Message:
 
 
 class Scenery:
-    """What viewers have been shown of a world, kept while boats, objects and docks come and go."""
+    """Scenery of a world for viewers, kept while boats, objects and docks come and go."""
 
     def __init__(self, first: Parameters, boats: Collection[str] = ()) -> None:
         """Begin in a world; `boats`: those that are known already, in the order in which they came."""

@@ -76,8 +76,8 @@ class SensorTopic:
     """Makes a reading's message; None: its fields are those of the reading's data."""
     vrx3: tuple[str, ...] | None = None
     """What follows VRX 3's stem in the names of its topics that carry the same; None: the tail."""
-    asked: Callable[[Any], bool] = lambda _config: True
-    """Whether a sensor of a configuration has it."""
+    applies: Callable[[Any], bool] = lambda _config: True
+    """Whether a sensor with a configuration has this topic."""
 
 
 class Stems(NamedTuple):
@@ -100,7 +100,7 @@ class SensorTopics:
 
     def of(self, config: Any) -> tuple[SensorTopic, ...]:
         """Topics made of the readings of a sensor with a configuration."""
-        return tuple(topic for topic in self.made if topic.asked(config))
+        return tuple(topic for topic in self.made if topic.applies(config))
 
 
 def sensor_topics(host: Host, boat: str) -> Iterator[Entry]:
@@ -369,7 +369,7 @@ def _signal(reading: Reading) -> Message:
     )
 
 
-def _pinger(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Entry]:
+def _pinger_topics(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Entry]:
     """VRX's arrow, its red ball where the beacon really is, and what places it: VRX 3 has one topic for all boats."""
 
     def ball() -> Message:
@@ -393,7 +393,7 @@ def _pinger(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Entry]:
     yield Input("/pinger/set_pinger_position", "geometry_msgs/Vector3", place, dialects=VRX3)
 
 
-def _fire(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Input]:
+def _shooter_inputs(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Input]:
     """VRX's fires at any message, VRX 3's at one that is true."""
 
     def shoot(_message: Message) -> None:
@@ -413,16 +413,16 @@ TOPICS: Mapping[str, SensorTopics] = {
         (
             SensorTopic("/image_raw", "sensor_msgs/Image", _image, ("/optical/image_raw",)),
             SensorTopic("/image_raw/compressed", "sensor_msgs/CompressedImage", _compressed_image, ()),
-            SensorTopic("/labels", "vision_msgs/Detection2DArray", _detections, asked=lambda c: c.labels),
-            SensorTopic("/labels/mask", "sensor_msgs/Image", _mask, asked=lambda c: c.labels),
+            SensorTopic("/labels", "vision_msgs/Detection2DArray", _detections, applies=lambda c: c.labels),
+            SensorTopic("/labels/mask", "sensor_msgs/Image", _mask, applies=lambda c: c.labels),
         ),
         _frames_and_infos,
     ),
     "lidar": SensorTopics(
         "sensors/lidars/{}_sensor",
         (
-            SensorTopic("/points", "sensor_msgs/PointCloud2", _points, (), asked=lambda c: c.output == "points"),
-            SensorTopic("/scan", _SCAN, _scan, asked=lambda c: c.output == "scan"),
+            SensorTopic("/points", "sensor_msgs/PointCloud2", _points, (), applies=lambda c: c.output == "points"),
+            SensorTopic("/scan", _SCAN, _scan, applies=lambda c: c.output == "scan"),
         ),
         _vrx3_lidar,
     ),
@@ -438,9 +438,9 @@ TOPICS: Mapping[str, SensorTopics] = {
     "pinger": SensorTopics(
         "sensors/acoustics/receiver",
         (SensorTopic("/range_bearing", "usv_msgs/RangeBearing"),),
-        _pinger,
+        _pinger_topics,
     ),
-    "ball_shooter": SensorTopics("shooters/ball_shooter", more=_fire),
+    "ball_shooter": SensorTopics("shooters/ball_shooter", more=_shooter_inputs),
     "anemometer": SensorTopics(
         "sensors/{}",
         (SensorTopic("/apparent_wind", _VECTOR, _apparent_wind),),

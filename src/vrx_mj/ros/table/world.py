@@ -181,7 +181,7 @@ def _touches(host: Host, boats: Collection[str]) -> Iterator[tuple[mujoco.MjCont
 
 
 def world_inputs(host: Host) -> Iterator[Input]:
-    """What shuffles placards and lights, and the formation of the fleet."""
+    """Inputs that shuffle placards and lights, and that for the formation of the fleet."""
     for name in (*host.sim.placards, *host.sim.lights):
 
         def shuffle(_message: Message, name: str = name) -> None:
@@ -287,7 +287,7 @@ def _sent_colors(host: Host, colors: list[str]) -> bool:
 
 
 def _task_contacts(host: Host, stem: str) -> Iterator[Output]:
-    """What the boat touches, unless VRX_DEBUG=false silences it."""
+    """Contacts of the boat, unless VRX_DEBUG=false silences them."""
     if os.environ.get("VRX_DEBUG") != "false":
         make = partial(_contact, host)
         yield Output(f"{stem}/debug/contact", "vrx_gazebo/Contact", make, _CONTACT_RATE, recorded="nowhere")
@@ -382,7 +382,7 @@ def _contact(host: Host) -> list[Message]:
 
 @dataclass(frozen=True)
 class MoreTopics:
-    """What a type of task has in VRX besides a topic for each output under `/vrx/TYPE`."""
+    """Topics of a type of task in VRX besides those of its outputs under `/vrx/TYPE`."""
 
     stem: str = ""
     """Where its topics are in VRX classic, if not there."""

@@ -75,7 +75,7 @@ class Bridge:
         self._numbers = itertools.count()
 
     def subscribe(self, topic: str, kind: str, take: Callable[[_Values], None], *, period: float = 0.0) -> None:
-        """Have `take` called with the topic's messages, one every `period` [s] of wall time at most."""
+        """Call `take` with the topic's messages, one every `period` [s] of wall time at most."""
         self._listeners[topic] = take
         throttle = round(1000.0 * period)
         self._send({"op": "subscribe", "topic": topic, "type": kind, "throttle_rate": throttle, "queue_length": 1})
@@ -204,7 +204,7 @@ class Scene:
 
     @property
     def engines(self) -> dict[str, Sequence[Engine]]:
-        """What the keys drive, by boat; none yet of a boat that has just come."""
+        """Engines that the keys drive, by boat; none yet for a boat that has just come."""
         known = self._engines or {}
         return {boat: known.get(boat, ()) for boat in self.boats or ()}
 
@@ -369,7 +369,7 @@ class RosbridgeDriver(Driver):
         self._bridge.call(f"/gazebo/{name}", {}, take)
 
     def _send(self) -> None:
-        """What is asked for, as long as it is; and once that nothing is asked for any more."""
+        """Send the command while keys ask for one, and once that they no longer do."""
         for boat, wheel in self.pilot.wheels.items():
             if wheel != _REST or self._sent.get(boat) != _REST:
                 self._command(boat, wheel)

@@ -13,6 +13,7 @@ from vrx_mj.config.shapes import normals_of
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.frames import rotation_matrix
 from vrx_mj.mjcf.flotation import faces_of
+from vrx_mj.model.kinds import MOTIONS
 from vrx_mj.physics.panels import panels_of, wrench_of_pressures
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.validation.case import (
@@ -46,7 +47,6 @@ _PLACE = 1.7, -0.9
 """Place of the hull's origin [m]."""
 _CENTER = -0.1
 """Place of its centre of mass, ahead of its origin [m]."""
-_MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 _KINDS = ("diffraction", "froude_krylov")
 _TURNS = np.exp(2j * math.pi * np.arange(_PHASES) / _PHASES)
 _ROLL_DAMPING = 400.0
@@ -165,9 +165,9 @@ def _reference() -> dict[tuple[float, float], ComplexArray]:
     found: dict[tuple[float, float], ComplexArray] = {}
     for row in rows("diffraction"):
         course = row["heading"], row["toward"]
-        forces = found.setdefault(course, np.zeros((len(_KINDS), len(_MOTIONS)), np.complex128))
+        forces = found.setdefault(course, np.zeros((len(_KINDS), len(MOTIONS.names)), np.complex128))
         value = complex(row["real"], row["imaginary"])
-        forces[_KINDS.index(row["kind"]), _MOTIONS.index(row["motion"])] = value
+        forces[_KINDS.index(row["kind"]), MOTIONS.names.index(row["motion"])] = value
     return found
 
 
@@ -182,7 +182,7 @@ def _forces(heading: float, toward: float) -> FloatArray:
     sim, turn = packaged_simulation("bowed_box", sea=_wave(_AMPLITUDE, _PERIOD, toward)), math.radians(heading)
     (boat,) = sim.boats
     pose = [*_PLACE, 0.0, 0.0, 0.0, turn]
-    found = np.zeros((_PHASES, 3, len(_MOTIONS)))
+    found = np.zeros((_PHASES, 3, len(MOTIONS.names)))
     for sample in range(_PHASES):
         sim.set_boat(boat, pose=pose, velocity=[0.0] * 6)
         forces = sim.forces(boat)
@@ -213,7 +213,7 @@ def diffraction_headings() -> Outcome:
         ours = swings[:2] / swings[2, 0]
         course = f"heading {heading:g}, wave toward {toward:g} degrees"
         size = np.repeat([np.linalg.norm(theirs[0, :3]), np.linalg.norm(theirs[0, 3:])], 3)
-        for i, motion in enumerate(_MOTIONS):
+        for i, motion in enumerate(MOTIONS.names):
             if abs(theirs[0, i]) > 0.1 * size[i]:
                 unit = "N/m" if i < 3 else "N m/m"
                 yield Comparison(f"{motion}, {course}", unit, abs(theirs[0, i]), abs(ours[0, i]))
@@ -234,7 +234,7 @@ def _chart(samples: FloatArray, theirs: ComplexArray, course: str) -> Chart:
     series: list[Series] = []
     for i in range(3):
         series.append(Series("Capytaine", times, _AMPLITUDE * (theirs[i] * turn).real, reference=True))
-        series.append(Series(_MOTIONS[i], times, np.roll(samples[:, 0, i], -first)))
+        series.append(Series(MOTIONS.names[i], times, np.roll(samples[:, 0, i], -first)))
     return Chart(f"Diffraction of a wave of 1 cm, {course}", "time [s]", "force [N]", series)
 
 

@@ -237,6 +237,16 @@ def test_a_latched_message_for_which_there_is_no_room_is_told_of(talk, monkeypat
     assert told["msg"] == "publish: /chat is latched, but 200 characters are already kept"
 
 
+def test_a_topic_that_is_advertised_again_still_counts_for_what_it_keeps(talk, monkeypatch):
+    monkeypatch.setattr("vrx_mj.ros.rosbridge.server.MOST_INCOMING", 200)
+    for topic in ("/chat", "/news"):
+        talk.say("advertise", topic=topic, type="std_msgs/String", latch=True)
+        talk.say("publish", topic=topic, msg={"data": 150 * "x"})
+        talk.say("advertise", topic=topic, type="std_msgs/String", latch=True)
+    (refused,) = talk.sync()
+    assert refused["msg"] == "publish: /news is latched, but 200 characters are already kept"
+
+
 def test_commands_are_heard_by_other_clients(bridged, talk, other):
     other.say("subscribe", topic=THRUST)
     other.sync()

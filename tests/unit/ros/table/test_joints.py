@@ -31,13 +31,13 @@ def frames():
 
 
 def test_a_propeller_turns_by_its_engines_share_of_full_power(frames):
-    spins = frames._spun()
+    spins = frames._propeller_spins()
     assert spins == {"n": Spin().after(1.0, 0.5), "s": Spin().after(1.0, -0.5)}
     frames._host.sim.time = 1.5
-    assert frames._spun()["n"] == Spin().after(1.0, 0.5).after(0.5, 0.5)
-    assert frames._spun()["n"] == Spin().after(1.0, 0.5).after(0.5, 0.5).after(0.0, 0.5)
+    assert frames._propeller_spins()["n"] == Spin().after(1.0, 0.5).after(0.5, 0.5)
+    assert frames._propeller_spins()["n"] == Spin().after(1.0, 0.5).after(0.5, 0.5).after(0.0, 0.5)
     frames._host.sim.time = 0.25  # time began anew: everything stands
-    assert frames._spun()["n"] == Spin().after(0.0, 0.5)
+    assert frames._propeller_spins()["n"] == Spin().after(0.0, 0.5)
 
 
 def test_states_of_joints_are_angles_of_engines_and_turns_of_shafts(frames):
