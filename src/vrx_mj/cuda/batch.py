@@ -63,7 +63,8 @@ class Batch:
             stream: address of a CUDA stream, as `torch.cuda.current_stream().cuda_stream`; by default the default one.
 
         Raises:
-            CommandError: there is no graphics processor or not enough memory, or a body of the world is not free.
+            CommandError: there is no graphics processor or not enough memory, the world has no boat, or a body of it
+                is not free.
         """
         check_driver()
         self._start(batch.Batch(world, n, seed=seed, threads=1, engine="free"), stream)
@@ -77,6 +78,8 @@ class Batch:
         return made
 
     def _start(self, host: batch.Batch, stream: int | None) -> None:
+        if not host.boats:
+            raise CommandError(f'world {host.world.name} has no boat: take vrx_mj.Batch(engine="free")')
         self._batch, self.world, self.n = host, host.world, host.n
         self._stream = cuda.external_stream(stream) if stream else cuda.default_stream()
         rows, waves = self._batch._rows, len(self._batch._arrays.waves)
@@ -221,6 +224,9 @@ class Batch:
         Args:
             rows: mask (n,) of bool on this device of the rows.
             starts: (n,), int64, on this device: the number of the row whose start each takes.
+
+        Raises:
+            CommandError: these are no such arrays, or no starts are kept, or `vary` has changed the size of a table.
         """
         begun = self._on_device("rows", rows, (self.n,), np.bool_)
         self._rows.begin(begun, self._on_device("starts", starts, (self.n,), np.int64))

@@ -1,6 +1,6 @@
 """The memory of rows on a graphics processor: a copy of the host's tables, and a table of runs that leads into it."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -9,10 +9,12 @@ from numba import cuda
 
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.cuda.kernels import SIMULATED, Stream, copy_rows, launcher
+from vrx_mj.errors import CommandError
 from vrx_mj.packages import importing
 from vrx_mj.physics.lanes import WIDTH
 from vrx_mj.physics.tables import Table
 from vrx_mj.physics.vessel import HullMeshes, VesselWork, vessel_work
+from vrx_mj.physics.waves import row_columns
 from vrx_mj.runtime.row_tables import SEPARATE, RowTables, check_memory
 from vrx_mj.runtime.views import ARRAYS
 
@@ -49,7 +51,7 @@ class DeviceRows:
         self.arrays: dict[str, DeviceArray] = {}
         self._starts: tuple[_Tables, _Tables] = (), ()
         self._shared: _Tables = ()
-        each = sum(part.nbytes for part in self._work(0)) if self._marine else 0
+        each = sum(part.nbytes for part in self._work()) if self._marine else 0
         size = sum(host.nbytes * self._copies(name) for name, host in self._hosts())
         self._check_memory(size + self.threads * rows.runs.nbytes + rows.n * each)
         self.push()
@@ -71,10 +73,10 @@ class DeviceRows:
         """Number of copies of an array: one for each thread of a row if a step changes it."""
         return self.threads if name in _ROW_ARRAYS else 1
 
-    def _work(self, row: int) -> VesselWork:
-        """Memory of a row for vessels, with the row's waves in its columns."""
-        tables: list[Any] = [self._rows.part(name, row) for name in HullMeshes._fields]
-        return vessel_work(HullMeshes(*tables), self._rows.part("waves", row), self._rows.part("sea", row)[0])
+    def _work(self) -> VesselWork:
+        """Memory of a row for vessels."""
+        tables: list[Any] = [self._rows.part(name, 0) for name in HullMeshes._fields]
+        return vessel_work(HullMeshes(*tables), self._rows.part("waves", 0), self._rows.part("sea", 0)[0])
 
     @property
     def work(self) -> list[DeviceArray]:
@@ -95,9 +97,9 @@ class DeviceRows:
                 place = _address(self.arrays[name]) + (lanes * host.nbytes if copies > 1 else 0)
                 runs[table][inside, 0] = (there + place)[inside]
         if self._marine:
-            for name, part in self._work(0)._asdict().items():
+            for name, part in self._work()._asdict().items():
                 self._allocate(name, (n, *part.shape), part.dtype)
-            self._put("columns", self._columns(range(n)))
+            self._put("columns", self._columns(np.arange(n)))
             self._put("sharing", np.tile(np.arange(n), self.threads))
             self._put("others", lanes > 0)
             self._shared = tuple(self._words(name) for name, _ in self._hosts() if name in _ROW_ARRAYS)
@@ -123,9 +125,10 @@ class DeviceRows:
         table = self.arrays[name]
         return table.view(np.uint32).reshape(table.shape[0], -1)
 
-    def _columns(self, which: Iterable[int]) -> FloatArray:
+    def _columns(self, which: IntArray) -> FloatArray:
         """Waves of rows in columns, and memory, as in `VesselWork`."""
-        return np.stack([self._work(row).columns for row in which])
+        sea, waves = self._rows.stacks["sea"], self._rows.seas.waves(which)
+        return row_columns(waves, sea[which] if len(sea) > 1 else sea, self._work().columns)
 
     def _stacks(self, hosts: dict[str, Table]) -> list[str]:
         """Names of the host's arrays of which each row has a part."""
@@ -144,7 +147,13 @@ class DeviceRows:
         self._starts = kept, wholes
 
     def begin(self, begun: DeviceArray, starts: DeviceArray) -> None:
-        """Reset the rows that are `begun`, (n,) of bool, to the kept starts with the numbers `starts`, (n,)."""
+        """Reset the rows that are `begun`, (n,) of bool, to the kept starts with the numbers `starts`, (n,).
+
+        Raises:
+            CommandError: no starts are kept, or a table has had another size since.
+        """
+        if not self._starts[0]:
+            raise CommandError("no starts are kept of rows as they are: call keep() before begin()")
         self._copy_rows(begun, starts, *self._starts)
 
     def _copy_rows(self, which: DeviceArray, sources: DeviceArray, parts: _Tables, wholes: _Tables) -> None:
@@ -168,7 +177,7 @@ class DeviceRows:
             self.push()
         elif len(which):
             if self._marine:
-                own["columns"] = self._columns(which.tolist())
+                own["columns"] = self._columns(which)
             begun, places = np.zeros(n, np.bool_), np.zeros(n, np.int64)
             begun[which], places[which] = True, np.arange(len(which))
             words = [part.reshape(len(which), -1).view(np.uint32) for part in own.values()]
@@ -183,6 +192,7 @@ class DeviceRows:
     def _allocate(self, name: str, shape: tuple[int, ...], dtype: npt.DTypeLike) -> None:
         """Allocate an array on the device, unless there is one of this shape."""
         if name not in self.arrays or self.arrays[name].shape != shape:
+            self._starts = (), ()
             self.arrays[name] = cuda.device_array(shape, dtype)
 
     def pull(self) -> None:

@@ -55,10 +55,9 @@ def drift_on_vessel(
     if own.left <= 1:
         east, north, _ = rotate(now.body, velocity_of(now.body))
         _follow(own, cos_sin, east - now.water.stream[0], north - now.water.stream[1], now.dt)
-        angles, first = vessel.drift_angles, vessel.drift_start
-        entries = table[first : first + vessel.drift_count].reshape((vessel.drift_count // angles, angles, ENTRY))
+        entries = table[vessel.drift_start : vessel.drift_start + vessel.drift_count]
         own.surge, own.sway, own.yaw = drift_load(
-            entries, vessel.drift_step, now.waves, sea, cos_sin, (own.u, own.v), now.time
+            entries, vessel.drift_angles, vessel.drift_step, now.waves, sea, cos_sin, (own.u, own.v), now.time
         )
         own.left = _HELD + 1
     own.left -= 1
@@ -81,7 +80,7 @@ def _follow(own: Record, heading: Level, east: float, north: float, dt: float) -
 
 @kernel
 def drift_load(
-    table: FloatArray, step: float, columns: Waves, sea: Record, heading: Level,
+    table: FloatArray, row: int, step: float, columns: Waves, sea: Record, heading: Level,
     velocity: Level, t: float,
 ) -> Vector:  # fmt: skip
     """Return surge and sway force [N] and yaw moment [N m] about the link's origin that a hull lacks, in its heading.
@@ -92,8 +91,9 @@ def drift_load(
     between the table's entries, and beyond the last frequency those of it.
 
     Args:
-        table: (frequencies, angles, ENTRY): D_0 to D_4 one after another, of surge and sway force [N/m2] and yaw
+        table: (frequencies x angles, ENTRY): D_0 to D_4 one after another, of surge and sway force [N/m2] and yaw
             moment [N/m], at multiples of `step` from 0 on and at even angles from 0 to a full turn.
+        row: number of angles.
         step: between frequencies [rad/s].
         columns: `wave_columns` after `orbital_motion` at the hull, whose memory is used.
         sea: a row of `tables.SEA`.
@@ -101,7 +101,7 @@ def drift_load(
         velocity: slow velocity u ahead and v to the left through the water [m/s].
         t: time [s].
     """
-    last, row, numbers = table.shape[0] - 1, table.shape[1], table.reshape(table.size)
+    last = len(table) // row - 1
     place_waves(columns, row - 1, 1.0 / step, last - _INSIDE, heading)
     cos_wave, sin_wave, amplitude, frequency = columns[COSINE], columns[SINE], columns[AMPLITUDE], columns[FREQUENCY]
     place, turn, d, e = columns[MEMORY], columns[MEMORY + 1], columns[MEMORY + 2], columns[MEMORY + 3]
@@ -111,8 +111,8 @@ def drift_load(
         low, near = int(place[i]), int(turn[i])
         weights = weights_of(place[i] - low, turn[i] - near)
         first = ENTRY * (low * row + near)
-        store(d, 0, weighted_sum(numbers, first, row, weights))
-        store(e, 0, weighted_sum(numbers, first + WIDTH, row, weights))
+        store(d, 0, weighted_sum(table, first, row, weights))
+        store(e, 0, weighted_sum(table, first + WIDTH, row, weights))
         a, b = _within(frequency[i] * ahead), _within(frequency[i] * aside)
         x = d[0] + a * (d[3] + a * d[6]) + b * (e[1] + b * e[4])
         y = d[1] + a * (d[4] + a * d[7]) + b * (e[2] + b * e[5])

@@ -109,7 +109,10 @@ def _exchange(builder: ir.IRBuilder, value: ir.Value, distance: int) -> ir.Value
 
 @intrinsic  # type: ignore[untyped-decorator]
 def load(_context: Any, _array: Any, _index: Any) -> Any:
-    """The numbers of a contiguous array of floats from an index on; they must be there."""
+    """The numbers of a contiguous array of floats, of any shape, from an index on; they must be there.
+
+    It takes the place of `reshape`, for which numba-cuda links a file; no kernel with such a file can be kept.
+    """
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         value = builder.load(_address(context, builder, signature, arguments))

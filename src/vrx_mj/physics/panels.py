@@ -178,7 +178,7 @@ def panel_wrench(
     """Return the wrench of the water on a mesh: body axes, about the link's origin.
 
     Args:
-        shares: of `Panels`.
+        shares: of `Panels`, in any shape.
         pairs: of `Panels`.
         corner_shares: of `Panels`.
         pressures: (n,) over the air's [Pa]; below zero: dry.
@@ -188,15 +188,15 @@ def panel_wrench(
     """
     fx = fy = fz = broadcast(0.0)
     tx = ty = tz = broadcast(0.0)
-    sx, sy, sz, kx, ky, kz = shares[0], shares[1], shares[2], shares[3], shares[4], shares[5]
-    for i in range(0, pressures.size, WIDTH):
+    n = pressures.size
+    for i in range(0, n, WIDTH):
         p = larger(load(pressures, i), 0.0)
-        fx = product_and(p, load(sx, i), fx)
-        fy = product_and(p, load(sy, i), fy)
-        fz = product_and(p, load(sz, i), fz)
-        tx = product_and(p, load(kx, i), tx)
-        ty = product_and(p, load(ky, i), ty)
-        tz = product_and(p, load(kz, i), tz)
+        fx = product_and(p, load(shares, i), fx)
+        fy = product_and(p, load(shares, n + i), fy)
+        fz = product_and(p, load(shares, 2 * n + i), fz)
+        tx = product_and(p, load(shares, 3 * n + i), tx)
+        ty = product_and(p, load(shares, 4 * n + i), ty)
+        tz = product_and(p, load(shares, 5 * n + i), tz)
     number = _find_cut(pairs, pressures, wet, found)
     _weigh_cut(pairs, pressures, found, number, cut)
     sums = cut[0]
@@ -278,17 +278,19 @@ def _add_cut(corner_shares: FloatArray, found: IntArray, number: int, cut: Float
 
 @kernel
 def still_pressures(points: FloatArray, up: Vector, height: float, weight: float, out: FloatArray) -> None:
-    """Write the pressures of still water [Pa] at points (3, n) [m, body axes] into `out`, (n,).
+    """Write the pressures of still water [Pa] at points [m, body axes] into `out`, (n,).
 
     Args:
-        points: of the hull.
+        points: of the hull, 3 n numbers: of (3, n), in any shape.
         up: the vertical, unit vector, body axes.
         height: of the link's origin over the water [m].
         weight: rho g [N/m3].
         out: below zero over the water.
     """
-    for i in range(out.size):
-        out[i] = -weight * (height + up[0] * points[0, i] + up[1] * points[1, i] + up[2] * points[2, i])
+    n = out.size
+    for i in range(0, n, WIDTH):
+        x, y, z = load(points, i), load(points, n + i), load(points, 2 * n + i)
+        store(out, i, -weight * (height + up[0] * x + up[1] * y + up[2] * z))
 
 
 def wrench_of_still_water(panels: Panels, up: Vector, height: float, weight: float) -> FloatArray:

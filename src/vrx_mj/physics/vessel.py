@@ -121,7 +121,7 @@ def _real_part(real: FloatArray, imaginary: FloatArray, c: float, s: float) -> W
 
 @kernel
 def diffraction_load(
-    table: FloatArray, step: float, columns: Waves, sea: Record, body: Motion, heading: Level,
+    table: FloatArray, row: int, step: float, columns: Waves, sea: Record, body: Motion, heading: Level,
     t: float,
 ) -> Wrench:  # fmt: skip
     """Return the force of the waves that a hull scatters: world axes, about the link's origin.
@@ -129,9 +129,10 @@ def diffraction_load(
     Between the table's entries it is linear in frequency and angle. A wave beyond the last frequency exerts none.
 
     Args:
-        table: (frequencies, angles, ENTRY), at multiples of `step` from 0 on and at even angles from 0 to a full turn:
-            real part of the force [N/m] and torque [N] in body axes per metre of a wave's amplitude, and twice 0;
+        table: (frequencies x angles, ENTRY), at multiples of `step` from 0 on and at even angles from 0 to a full
+            turn: real part of the force [N/m] and torque [N] in body axes per metre of a wave's amplitude, and twice 0;
             imaginary part likewise.
+        row: number of angles.
         step: between frequencies [rad/s].
         columns: `wave_columns`, whose memory is used.
         sea: a row of `tables.SEA`.
@@ -139,7 +140,7 @@ def diffraction_load(
         heading: cosine and sine of the hull's.
         t: time [s].
     """
-    last, row, numbers = table.shape[0] - 1, table.shape[1], table.reshape(table.size)
+    last = len(table) // row - 1
     place_waves(columns, row - 1, 1.0 / step, float(last), heading)
     place, turn, height, later = columns[MEMORY], columns[MEMORY + 1], columns[MEMORY + 2], columns[MEMORY + 3]
     for i in range(0, place.size, WIDTH):
@@ -152,8 +153,8 @@ def diffraction_load(
         if place[i] < last:
             low, near = int(place[i]), int(turn[i])
             start, weights = ENTRY * (low * row + near), weights_of(place[i] - low, turn[i] - near)
-            total = product_and(weighted_sum(numbers, start, row, weights), height[i], total)
-            total = product_and(weighted_sum(numbers, start + WIDTH, row, weights), -later[i], total)
+            total = product_and(weighted_sum(table, start, row, weights), height[i], total)
+            total = product_and(weighted_sum(table, start + WIDTH, row, weights), -later[i], total)
     store(place, 0, total)
     force = Wrench(place[0], place[1], place[2], place[3], place[4], place[5])
     return scale_wrench(rotated_wrench(body, force), ramp(sea, t))
@@ -278,8 +279,8 @@ def diffraction_on_vessel(hull: Record, vessel: Record, table: FloatArray, sea: 
     if frequencies == 0:
         return zero_wrench()
     first = vessel.diffraction_start
-    entries = table[first : first + frequencies * angles].reshape((frequencies, angles, ENTRY))
-    load = diffraction_load(entries, vessel.diffraction_step, now.waves, sea, now.body, heading_of(now.body), now.time)
+    entries, heading = table[first : first + frequencies * angles], heading_of(now.body)
+    load = diffraction_load(entries, angles, vessel.diffraction_step, now.waves, sea, now.body, heading, now.time)
     return scale_wrench(from_origin(load, now.body, hull.link_com), now.wet)
 
 
@@ -318,8 +319,7 @@ def _pressure_on_mesh(
 ) -> Wrench:
     """Return hydrostatic and Froude-Krylov pressure on a hull's mesh: body axes, about the link's origin."""
     start, count = vessel.point_start, vessel.point_count
-    points = meshes.points[3 * start : 3 * (start + count)].reshape((3, count))
-    shares = meshes.shares[6 * start : 6 * (start + count)].reshape((6, count))
+    points, shares = meshes.points[3 * start : 3 * (start + count)], meshes.shares[6 * start : 6 * (start + count)]
     pressures = work.pressures[:count]
     if waves.size > 0:
         parts = meshes.parts[vessel.part_start : vessel.part_start + vessel.part_count]

@@ -113,7 +113,7 @@ def pressures_in_waves(
     Args:
         vessel: a row of `tables.VESSEL`.
         parts: its rows of `tables.PART`.
-        points: of the vessel, (3, n) [m], body axes.
+        points: of the vessel [m], body axes, 3 n numbers: of (3, n), in any shape.
         columns: `wave_columns`, whose memory is used.
         sea: a row of `tables.SEA`.
         body: motion of the link.
@@ -335,9 +335,9 @@ def _evaluate(
     a0 = -length * (box.cos * middle[0] + box.sin * middle[1])
     b0 = -width * (box.cos * middle[1] - box.sin * middle[0])
     c0 = body.z - sea.level
-    xs, ys, zs = points[0], points[1], points[2]
+    n = out.size
     for i in range(part.start, part.start + part.size, WIDTH):
-        x, y, z = load(xs, i), load(ys, i), load(zs, i)
+        x, y, z = load(points, i), load(points, n + i), load(points, 2 * n + i)
         s = (x * ax + y * ay) + (z * az + a0)
         r = (x * bx + y * by) + (z * bz + b0)
         up = (x * body.r20 + y * body.r21) + (z * body.r22 + c0)

@@ -128,6 +128,15 @@ def wave_columns(waves: Table, sea: Record, memory: int, own: OwnWaves = None) -
     return columns
 
 
+@allocating_kernel
+def row_columns(waves: Table, sea: Table, like: FloatArray) -> FloatArray:
+    """Return `wave_columns`, each of a shape, of rows with waves (rows, n) in a sea, (1, 1), or seas, (rows, 1)."""
+    columns = np.empty((len(waves), like.shape[0], like.shape[1]))
+    for i in range(len(waves)):
+        columns[i] = wave_columns(waves[i], sea[i if len(sea) > 1 else 0, 0], like.shape[0] - MEMORY)
+    return columns
+
+
 @kernel
 def mean_share(s: Real) -> Real:
     """Return what is left of a wave's height in its mean over a waterplane, whose `s` is that of `orbital_turning`.

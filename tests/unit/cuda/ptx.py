@@ -1,13 +1,17 @@
-"""Compile kernels of `vrx_mj.cuda` to PTX, where no driver is; prints operations on floats or bytes of each."""
+"""Compile and link kernels of `vrx_mj.cuda` as a launch does, and keep them, where no driver is.
 
+Prints operations on floats or bytes of each.
+"""
+
+import pickle
 import re
 import sys
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
-from numba import cuda
-from numba.cuda import dispatcher, types
+from numba.cuda import dispatcher, serialize, types
+from numba.cuda.codegen import CUDACodeLibrary
 from numba.cuda.np.numpy_support import from_dtype
 
 from vrx_mj.cuda import kernels
@@ -33,12 +37,17 @@ SIGNATURES = {
     "observe": (RUNS, TIME, array("f8", 2), array("f8", 2)),
     "copy_rows": (GOING, array("i8"), TABLES, TABLES),
 }
-dispatcher.get_current_device = lambda: SimpleNamespace(compute_capability=HOPPER)  # callees ask the driver
+dispatcher.get_current_device = lambda: SimpleNamespace(compute_capability=HOPPER)
+CUDACodeLibrary._ensure_cc = lambda library, cc: HOPPER  # a launch asks the driver
 for name in sys.argv[1:]:
-    text, _ = cuda.compile_ptx(getattr(kernels, name), SIGNATURES[name], device=False, cc=HOPPER)
-    called = set(re.findall(r"\.extern \.func [^;]*?(\w+)\n", text))
-    assert called <= {"numba_attempt_nocopy_reshape"}, (name, called)  # numba-cuda links that at the launch
+    own = kernels._compile(getattr(kernels, name), 96)
+    kernel = dispatcher._Kernel(own.py_func, SIGNATURES[name], **own.targetoptions)
+    text = kernel.inspect_asm(HOPPER)
+    called = re.findall(r"\.extern \.func [^;]*?(\w+)\n", text)
+    assert not called, (name, called)
     assert ("bar.warp.sync" in text) == (name == "advance_marine"), name  # elsewhere a thread has a row by itself
-    kept = Path(kernels._compile(getattr(kernels, name), 64)._cache.cache_path)
-    assert cache_folder() in kept.parents, kept
+    linked = kernel._codelibrary.get_cubin().code
+    assert cache_folder() in Path(own._cache.cache_path).parents, own._cache.cache_path
+    kept = pickle.loads(serialize.dumps(own._cache._impl.reduce(kernel)))
+    assert own._cache._impl.rebuild(None, kept)._codelibrary.get_cubin().code == linked, name
     print(len(re.findall(r"\b(?:fma|add|mul|sub|ld\.global|st\.global|ld|st)\S*\.(?:f64|[bu]8)\b", text)))

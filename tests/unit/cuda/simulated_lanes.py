@@ -173,7 +173,7 @@ def by_quarters(shifted, even, odd):
 
 AS_THREADS = {
     "views": functools.partial(views_of, own_waves=False), "row_views": views_of,
-    "load": lambda array, index: array[index + NOW.lane], "store": store,
+    "load": lambda array, index: array.reshape(-1)[index + NOW.lane], "store": store,
     "sync_lanes": lambda: NOW.team.meet("sync"),
     "broadcast": float, "total": lambda value: folded(NOW.team.meet("total", value)), "totals": totals,
     "any_positive": lambda value: any(each > 0.0 for each in NOW.team.meet("any", value)),

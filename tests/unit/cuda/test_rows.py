@@ -131,6 +131,24 @@ def test_rows_that_begin_anew_have_the_starts_that_were_kept(rows, profile):
     assert np.array(batch.time).tolist() == pytest.approx([0.0, 0.03, 0.0])
 
 
+def test_rows_do_not_begin_with_starts_that_are_not_kept_as_they_are(rows):
+    """Not before `keep`, and not when `vary` has given a table another size, whose memory is elsewhere then."""
+    batch = rows.Batch(world(), 2, seed=5)
+    everywhere, starts = np.ones(2, bool), np.arange(2)
+    for prepare in (lambda: None, lambda: (batch.keep(), batch.vary(thrust=0.9))):
+        prepare()
+        with pytest.raises(CommandError, match=r"^no starts are kept of rows as they are: call keep\(\) before begin"):
+            batch.begin(everywhere, starts)
+    batch.keep()
+    batch.begin(everywhere, starts)
+
+
+def test_a_world_without_boats_is_refused(rows):
+    empty = vrx_mj.compile_world(water(), fleet={"usv_count": 0})
+    with pytest.raises(CommandError, match=r'^world world has no boat: take vrx_mj.Batch\(engine="free"\)$'):
+        rows.Batch(empty, 2)
+
+
 def test_an_environment_s_episodes_are_those_of_the_cpu_to_the_bit(rows):
     """Its second episode of a row is the first of the next row."""
     variety = {"waves": (0, 1), "wind_speed": (0, 6), "gusts": 1.0, "mass": (0.9, 1.1)}

@@ -33,7 +33,8 @@ def load(*waves, velocity=(0.0, 0.0)):
     phases = [
         one["wavenumber"] * (one["direction"] @ (12.0, -7.0)) - one["frequency"] * time + one["phase"] for one in waves
     ]
-    return np.array(drift_load(table, STEP, columns, water, heading, velocity, time)), phases
+    entries = table.reshape(-1, ENTRY)
+    return np.array(drift_load(entries, ANGLES + 1, STEP, columns, water, heading, velocity, time)), phases
 
 
 def test_two_waves_beat_by_newmans_approximation():

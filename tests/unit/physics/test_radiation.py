@@ -126,7 +126,8 @@ def wave_rows(components, phases):
 def load_of(table, waves, water, body, heading, time):
     """The load on a hull of a heading [rad]."""
     columns = wave_columns(waves, water, 4)
-    return np.array(diffraction_load(table, STEP, columns, water, body, (math.cos(heading), math.sin(heading)), time))
+    entries, row, toward = table.reshape(-1, table.shape[2]), table.shape[1], (math.cos(heading), math.sin(heading))
+    return np.array(diffraction_load(entries, row, STEP, columns, water, body, toward, time))
 
 
 @pytest.mark.parametrize("time", [0.0, 3.3])
