@@ -53,6 +53,8 @@ _KEPT: Mapping[str, tuple[str, ...]] = {
 """Tables of the same size in all rows, and their columns that a row's run and its factors set, not its numbers."""
 _STACKED = (*SEPARATE, *_KEPT, "waves", "own_waves")
 """Tables of which rows may have a part in a stack."""
+_AFLOAT = "float_state", "element_state", "link_state", "block_state"
+"""Tables of what the water last did to objects and docks."""
 _CHUNK = 4096
 """Rows whose waves are written at once."""
 _DT = 1e-3
@@ -326,6 +328,22 @@ class RowTables:
                 point_models(self.runs[row], stepping, contact_free, self._data[row])
             hulls["mass"][row] = arrays.hulls["mass"] * factor
             self._set_bodies(row)
+
+    def start_floating(self, which: IntArray, start: Callable[[Callable[[float, float], float]], None]) -> None:
+        """Start something in rows where it is: by `start`, which does so in `arrays`, given the height of the sea."""
+        own, data = {table: getattr(self.arrays, table) for table in _AFLOAT}, self.arrays.data
+        kept = {table: array.copy() for table, array in own.items()}
+        for row in which.tolist():
+            sea, waves, time = self.part("sea", row)[0], self.part("waves", row), float(self.time[row])
+            for table, array in own.items():
+                array[:] = self.stacks[table][row]
+            self._write(row, data)
+            mujoco.mj_kinematics(self.arrays.model, data)
+            start(lambda x, y: surface_height(waves, sea, x, y, time))  # noqa: B023 - called here
+            for table, array in own.items():
+                self.stacks[table][row] = array
+        for table, array in own.items():
+            array[:] = kept[table]
 
     def reset(self, which: IntArray) -> None:
         """Bring MuJoCo's part of some rows back to the start."""
