@@ -196,18 +196,20 @@ class _Object:
         """The keys of an object's file."""
         root, *others = self.tree.bodies
         shapes = [self.all_shapes(body) for body in self.tree.bodies]
+        whole_names = [body.name for body in self.tree.bodies]
+        names = dict(zip(whole_names, _distinct(whole_names), strict=True))
+        link = {"link": names[root.name]}
         if self.is_static:
-            return {"static": True, **shapes[0]}
+            return {**link, "static": True, **shapes[0]}
         wet = self.wet(shapes)
         is_static = wet is None or self.tree.is_anchored
-        whole = {"static": True} if is_static else self.inertia(root)
+        whole = link | ({"static": True} if is_static else self.inertia(root))
         whole |= {**shapes[0], **({} if is_static or wet is None else wet[0])}
         path = None if is_static else follow_path(self.element, self.report)
         whole |= {"path": path} if path else {}
         if not others:
             return whole
-        whole_names, hinges = [body.name for body in self.tree.bodies], self.tree.hinges
-        names = dict(zip(whole_names, _distinct(whole_names), strict=True))
+        hinges = self.tree.hinges
         rows = zip(others, shapes[1:], (wet or [{}] * len(shapes))[1:], strict=True)
         links = [
             {"name": names[body.name], "pose": list(body.pose), **self.inertia(body), **own, **water}
@@ -215,7 +217,7 @@ class _Object:
         ]
         joints = zip(hinges, _distinct([one.joint.name for one in hinges]), strict=True)
         return {
-            "link": names[root.name], **whole, "links": links,
+            **whole, "links": links,
             "joints": [self.joint(hinge, name, names) for hinge, name in joints],
         }  # fmt: skip
 

@@ -270,6 +270,13 @@ def test_angles_may_be_in_degrees():
     assert list(read(body)[0]["collisions"][0]["pose"]) == pytest.approx([1, 2, 3, 0, 0, math.pi / 2])
 
 
+@pytest.mark.parametrize("static", ["", "<static>1</static>"])
+def test_a_model_of_one_link_keeps_its_name(static):
+    """Users ask ROS for `buoy::pontoon`, as in Gazebo."""
+    found, _ = read(static + link(1.0, (1.0, 1.0, 1.0, 0.0, 0.0, 0.0), name="pontoon", content=SPHERE))
+    assert found["link"] == "pontoon"
+
+
 SHORT = "poses of three to five numbers; as in Gazebo classic, their angles are 0 (newer Gazebo refuses the file)"
 
 
