@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arguments import as_int, as_number, check_kind, check_name
-from vrx_mj.arrays import BoolArray, FloatArray, IntArray
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray, read_only
 from vrx_mj.errors import CommandError, DivergedError, quote
 from vrx_mj.frames import in_world_axes
 from vrx_mj.libmujoco import without_timers
@@ -200,7 +200,7 @@ class Batch:
         The columns are position (3) [m, ENU] and quaternion (4) (w, x, y, z) of the boat's `base_link` origin, its
         velocity (3) [m/s] and angular velocity (3) [rad/s] in body axes.
         """
-        return _read_only(self._rows.features)
+        return read_only(self._rows.features)
 
     @property
     def qpos(self) -> FloatArray:
@@ -208,7 +208,7 @@ class Batch:
 
         `set_boat` moves boats, and `set_object` objects.
         """
-        return _read_only(self._rows.qpos)
+        return read_only(self._rows.qpos)
 
     @property
     def wind(self) -> FloatArray:
@@ -555,10 +555,3 @@ class Batch:
             self._channels[column].number(float(given[row, column]), f" in row {which[row]}")
         rows = self._rows
         command_rows(which, rows.runs, rows.time, np.ascontiguousarray(given), self._thrusters, self._angles, hold)
-
-
-def _read_only(array: FloatArray) -> FloatArray:
-    """A view of an array, into which nothing can be written: a row keeps its state elsewhere."""
-    view = array.view()
-    view.flags.writeable = False
-    return view

@@ -4,7 +4,6 @@ Rows of worlds of free bodies alone step without MuJoCo while nothing can touch 
 """
 
 import copy
-import warnings
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -17,7 +16,7 @@ import numpy.typing as npt
 
 from vrx_mj.arguments import check_kind
 from vrx_mj.arrays import FloatArray, IntArray
-from vrx_mj.errors import CommandError, VrxWarning
+from vrx_mj.errors import CommandError, warn
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.numbers import Number, run_numbers, with_numbers
 from vrx_mj.model.water import Sea
@@ -576,6 +575,6 @@ class Variation:
         pushed |= len(arrays.windage) > 0 or len(arrays.sail_curves) > 0
         if not pushed and (idle := [key for key in ("wind_speed", "gusts") if key in given and given[key].any()]):
             text = f"no effect of {' and '.join(idle)}: the wind pushes nothing in world {name}"
-            warnings.warn(f"{text}; give it `wind` with `objects`, or its robot `wind`", VrxWarning, stacklevel=5)
+            warn(f"{text}; give it `wind` with `objects`, or its robot `wind`", 5)
         if not arrays.waves["amplitude"].any() and "waves" in given and given["waves"].any():
-            warnings.warn(f"no effect of waves: the sea of world {name} has none", VrxWarning, stacklevel=5)
+            warn(f"no effect of waves: the sea of world {name} has none", 5)
