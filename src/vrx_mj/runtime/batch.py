@@ -122,8 +122,7 @@ class Batch:
             arrays.free_bodies = free_bodies(arrays, contact_free, arrays.hulls, arrays.vessels)
             solved = (arrays.free_bodies["float"] >= 0) & (arrays.free_bodies["diagonal"] == 0)
             arrays.solve_work = np.zeros(int(solved.any()), SOLVE_WORK)
-        self._bodies = FreeBodies(world, arrays)
-        self._pool = ThreadPool(int(threads or thread_count()))
+        self._bodies, self._pool = FreeBodies(world, arrays), ThreadPool(int(threads or thread_count()))
         check_memory(self.n, row_bytes(arrays))
         with allocating(self.n, arrays.data):
             self._rows = RowTables(arrays, self.n, world.parameters.sea)
