@@ -1,4 +1,4 @@
-"""Types of arrays, for annotations in every layer."""
+"""Types of arrays, for annotations in every layer, and arrays into which nothing can be written."""
 
 import numpy as np
 import numpy.typing as npt
@@ -13,3 +13,10 @@ Uint32Array = npt.NDArray[np.uint32]
 BoolArray = npt.NDArray[np.bool_]
 ByteArray = npt.NDArray[np.uint8]
 """Pixels, or bytes of a file."""
+
+
+def read_only(array: FloatArray) -> FloatArray:
+    """A view of an array, into which nothing can be written: what it shows is kept elsewhere."""
+    view = array.view()
+    view.flags.writeable = False
+    return view

@@ -186,8 +186,8 @@ def test_what_is_registered():
     ("action", "message"),
     [
         ([[0, 0, 0]], "invalid actions of shape (1, 3): (1, 4) is needed"),
-        ([[0, np.nan, 0, 0]], "row 0: invalid action nan for right of wamv: a number from -1 to 1 is needed"),
-        ([[0, 0, 0, 1.5]], "row 0: invalid action 1.5 for right_angle of wamv: a number from -1 to 1 is needed"),
+        ([[0, np.nan, 0, 0]], "invalid action nan for right of wamv: a number from -1 to 1 is needed"),
+        ([[0, 0, 0, 1.5]], "invalid action 1.5 for right_angle of wamv: a number from -1 to 1 is needed"),
     ],
 )
 def test_actions_that_are_none(action, message):

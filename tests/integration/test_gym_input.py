@@ -42,10 +42,10 @@ ALONE = [
     ("ahead", "invalid action: an array of numbers is needed"),
     ({"left": 1}, "invalid action: an array of numbers is needed"),
     ([0, [0], 0, 0], "invalid action: an array of numbers is needed"),
-    ([0, np.nan, 0, 0], "row 0: invalid action nan for right of wamv: a number from -1 to 1 is needed"),
-    ([0, 0, 0, -np.inf], "row 0: invalid action -inf for right_angle of wamv: a number from -1 to 1 is needed"),
-    ([1.000002, 0, 0, 0], "row 0: invalid action 1.000002 for left of wamv: a number from -1 to 1 is needed"),
-    ([1.5, 0, 0, 0], "row 0: invalid action 1.5 for left of wamv: a number from -1 to 1 is needed"),
+    ([0, np.nan, 0, 0], "invalid action nan for right of wamv: a number from -1 to 1 is needed"),
+    ([0, 0, 0, -np.inf], "invalid action -inf for right_angle of wamv: a number from -1 to 1 is needed"),
+    ([1.000002, 0, 0, 0], "invalid action 1.000002 for left of wamv: a number from -1 to 1 is needed"),
+    ([1.5, 0, 0, 0], "invalid action 1.5 for left of wamv: a number from -1 to 1 is needed"),
 ]
 MANY = [
     ([0, 0, 0, 0], "invalid actions of shape (4,): (2, 4) is needed"),

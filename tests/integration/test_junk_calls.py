@@ -283,6 +283,8 @@ def test_batches(junk, world):
     junk.try_all("get_state", made.get_state, {"row": 1})
     known = {"boat": "a", "pose": np.zeros(6), "velocity": np.zeros(6), "rows": [0]}
     junk.try_all("set_boat", made.set_boat, known, made.reset)
+    junk.try_all("set_object", made.set_object, {"name": "buoy", **dict([*known.items()][1:])}, made.reset)
+    junk.try_all("observe_object", made.observe_object, {"name": "buoy", "rows": [0]})
     varied = dict.fromkeys(("wind_speed", "wind_direction", "gusts", "waves", "mass", "thrust"), 1.0)
 
     def vary(**known):

@@ -26,11 +26,11 @@ def pair():
         ({"wamv2": np.zeros(4), "wamv1": "ahead"}, "invalid action of wamv1: an array of numbers is needed"),
         (
             {"wamv1": np.zeros(4), "wamv2": [0, np.nan, 0, 0]},
-            "row 0: invalid action nan for right of wamv2: a number from -1 to 1 is needed",
+            "invalid action nan for right of wamv2: a number from -1 to 1 is needed",
         ),
         (
             {"wamv1": np.zeros(4), "wamv2": [0, 0, 0, 1.000002]},
-            "row 0: invalid action 1.000002 for right_angle of wamv2: a number from -1 to 1 is needed",
+            "invalid action 1.000002 for right_angle of wamv2: a number from -1 to 1 is needed",
         ),
     ],
 )
@@ -137,10 +137,10 @@ def test_a_problem_that_is_none():
 @pytest.mark.parametrize(
     ("seed", "message"),
     [
-        (1.5, "invalid seed 1.5: a whole number of 0 or more is needed, or one for each of 1 rows"),
-        ("12", "invalid seed '12': a whole number of 0 or more is needed, or one for each of 1 rows"),
-        (-1, "invalid seed -1 of row 0: a whole number of 0 or more is needed"),
-        ([1, 2], "2 seeds for 1 rows: one seed, or one for each row, is needed"),
+        (1.5, "invalid seed 1.5: a whole number of 0 or more is needed"),
+        ("12", "invalid seed '12': a whole number of 0 or more is needed"),
+        (-1, "invalid seed -1: a whole number of 0 or more is needed"),
+        ([1, 2], "2 seeds given: one is needed"),
     ],
 )
 def test_a_seed_that_is_none_leaves_all_as_it_was(pair, seed, message):

@@ -51,6 +51,7 @@ def test_a_refereed_row_is_a_row_of_a_batch(world):
             one.step(values * batch.largest[:, 1], duration=0.1, rows=rows)
     for name in ("wind", "time", "qpos", "diverged"):
         np.testing.assert_array_equal(getattr(row, name), getattr(batch, name), err_msg=name)
+    assert [one.qpos.flags.writeable for one in (row, batch)] == [False, False]
     np.testing.assert_allclose(row.features, batch.features, atol=1e-13)  # numpy and the kernel round body axes unlike
 
 

@@ -2,7 +2,6 @@
 
 import json
 import math
-import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,7 +12,7 @@ from vrx_mj.arguments import check_name
 from vrx_mj.bar import Bar
 from vrx_mj.cli.options import Folder, above_zero
 from vrx_mj.cli.screen import print_table, show
-from vrx_mj.errors import CommandError, VrxWarning
+from vrx_mj.errors import CommandError, warn
 from vrx_mj.outputs import write_files
 
 if TYPE_CHECKING:
@@ -79,7 +78,7 @@ def trial(
     texts = (_json(done, boat, world), _svg(done, boat))
     write_files(output, {file.name: text for file, text in zip(files, texts, strict=True)}, "the trial")
     for remark in done.remarks:
-        warnings.warn(f"{name}: {remark}", VrxWarning, stacklevel=1)
+        warn(f"{name}: {remark}")
     width = max(map(len, done.figures))
     for key, figure in done.figures.items():
         value = "-" if math.isnan(figure.value) else f"{figure.value:.4g}"

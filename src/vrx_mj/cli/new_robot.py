@@ -1,7 +1,6 @@
 """`vrx-mj new robot --hull`: a boat of any closed mesh, estimated by published rules."""
 
 import math
-import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ from typer import echo
 from vrx_mj.arrays import FloatArray
 from vrx_mj.cli.files import new_folder
 from vrx_mj.cli.robot import coordinates, read_hull
-from vrx_mj.errors import VrxWarning
+from vrx_mj.errors import warn
 from vrx_mj.mjcf.flotation import flotation_at
 from vrx_mj.mjcf.hull_estimate import DENSITY, WIND_COEFFICIENTS, HullEstimate, estimated_hull
 from vrx_mj.mjcf.templates import render
@@ -44,7 +43,7 @@ def make_robot(name: str, mesh: Path, mass: float, engines: int, center: str | N
     """
     boat = estimated_hull(simplify(read_hull(mesh, scale)), mass, engines, coordinates(center) if center else None)
     for note in flotation_at(boat.corners, 0.0).remarks(np.array(boat.sheet.center_of_mass), "--center"):
-        warnings.warn(note, VrxWarning, stacklevel=1)
+        warn(note)
     folder = new_folder(name)
     _write(folder, boat)
     for line in _lines(folder, boat):

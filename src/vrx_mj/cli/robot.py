@@ -1,7 +1,6 @@
 """`vrx-mj robot`: from thruster and component files to a boat."""
 
 import json
-import warnings
 from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
@@ -13,7 +12,7 @@ from vrx_mj.arguments import check_name
 from vrx_mj.bar import Bar
 from vrx_mj.cli.options import MAX_NUMBER, Scale, above_zero, named_values, reads_files
 from vrx_mj.cli.screen import print_table
-from vrx_mj.errors import CommandError, VrxError, VrxWarning, quote
+from vrx_mj.errors import CommandError, VrxError, quote, warn
 from vrx_mj.outputs import atomic_write, write_file, writing
 
 if TYPE_CHECKING:
@@ -70,7 +69,7 @@ def build(
     if reasons := judge(parts, engines).reasons:
         more = f", and {len(reasons) - 1} more" if len(reasons) > 1 else ""
         message = f"not compliant with VRX's rules: {reasons[0]}{more}; vrx-mj robot check lists all"
-        warnings.warn(message, VrxWarning, stacklevel=1)
+        warn(message)
 
 
 def _write_mjcf(urdf: str, file: Path, output: Path, namespace: str) -> None:
@@ -83,7 +82,7 @@ def _write_mjcf(urdf: str, file: Path, output: Path, namespace: str) -> None:
     robot = read_urdf(urdf, file, MeshFiles(file.absolute().parent, own_packages()))
     boat = assemble_boat(robot, RobotConfig(urdf="wamv.urdf"))
     if boat.warnings:
-        warnings.warn("; ".join(boat.warnings), VrxWarning, stacklevel=2)
+        warn("; ".join(boat.warnings), 2)
     save_robot(boat, output, name=namespace)
     echo(f"{output}: opens in MuJoCo, without water and thrust; to sail the boat, name it in a fleet file")
 
@@ -216,7 +215,7 @@ def hydro(
     corners = read_hull(mesh, scale)
     sheet = hull_sheet(corners, mass, coordinates(center), density)
     for note in flotation_at(corners, sheet.waterline).remarks(np.array(sheet.center_of_mass), "--center"):
-        warnings.warn(f"mesh {mesh.name}: {note}", VrxWarning, stacklevel=1)
+        warn(f"mesh {mesh.name}: {note}")
     for line in _sheet_lines(sheet):
         echo(line)
     if output is not None:
@@ -242,7 +241,7 @@ def read_hull(mesh: Path, scale: float) -> "FloatArray":
     except VrxError as error:
         raise VrxError(f"mesh {mesh.name}: {error}") from None
     for note in notes:
-        warnings.warn(note, VrxWarning, stacklevel=1)
+        warn(note)
     return whole.corners
 
 
@@ -266,7 +265,7 @@ def _write_bem(
     echo(f"  change by halving the panels: {halved}")
     if change is None or change > tolerance:
         limit = f"more than the requested {tolerance:.1%}" if change else "the error is unknown"
-        warnings.warn(f"{file}: {limit}, and finer panels are too many: simplify the mesh", VrxWarning, stacklevel=2)
+        warn(f"{file}: {limit}, and finer panels are too many: simplify the mesh", 2)
 
 
 def coordinates(text: str) -> tuple[float, float, float]:

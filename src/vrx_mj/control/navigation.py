@@ -11,7 +11,6 @@ measure. White noise and drifts have the variances of the sensors' files; offset
 """
 
 import math
-import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
@@ -20,7 +19,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.constants import STANDARD_GRAVITY
-from vrx_mj.errors import VrxError, VrxWarning
+from vrx_mj.errors import VrxError, warn
 from vrx_mj.frames import FLATTENING, SEMI_MAJOR, Geodetic, rotation_matrix
 from vrx_mj.sensors.instruments import variances
 
@@ -267,7 +266,7 @@ class Navigator:
         except VrxError as error:
             why = str(error)
         self._truth = True
-        warnings.warn(f"navigation by ground truth: {why}", VrxWarning, stacklevel=3)
+        warn(f"navigation by ground truth: {why}", 3)
         return None
 
 

@@ -34,8 +34,8 @@ _MIN_FREQUENCIES = 48
 """Least number of frequencies of a hull's table of waves; the next multiple of those in its file is taken."""
 _MIN_RESIDUE = 1e-9
 """Share of the largest residue [SI] below which all of a motion's at a pole are left out."""
-_GRAVITY = 9.81
-"""Gravity in the stiffness at rest [m/s2]; a world's own is within 1 %."""
+_GRAVITY, _EARTH = 9.81, 0.01
+"""Gravity at rest and in small waves [m/s2], and the share by which that of worlds that take it may differ."""
 _MAX_RATE = 1000.0
 """Fastest motion about rest [rad/s]: that of a boat with a draft of 0.01 mm."""
 _DECAY_TIMES = math.log(20.0)
@@ -138,14 +138,14 @@ def _inertia(body: MassProperties) -> FloatArray:
     return about_origin(rigid, body.center)
 
 
-def check_rest(boat: Boat, vessel: Vessel, density: float, rest: Flotation | None) -> None:
+def check_rest(boat: Boat, vessel: Vessel, density: float, gravity: float, rest: Flotation | None) -> None:
     """Warn of a hull that capsizes or lies oddly, unless its warnings say so; refuse one that its waves swing up.
 
     Raises:
         VrxError: small motions about its rest grow by its memory, or are too fast for any step.
     """
     name, body = boat.name, boat_mass(boat)
-    stiffness, notes = _stiffness_at_rest(vessel, body, density, rest)
+    stiffness, notes = _stiffness_at_rest(vessel, body, density * gravity, rest)
     for note in notes:
         if not any(note in other for other in boat.warnings):
             warn(f"robot {name}: {note}", 2)
@@ -199,13 +199,14 @@ def warn_if_rough(boat: Boat, vessel: Vessel | None, sea: Sea, timestep: float) 
         )
     corners = faces_of(vessel) if vessel.hydrostatics == MESH else None
     rest = None if corners is None else flotation(corners, body.mass / sea.density)
-    stiffness, _ = _stiffness_at_rest(vessel, body, sea.density, rest)
+    gravity = _gravity_of(sea.gravity)
+    stiffness, _ = _stiffness_at_rest(vessel, body, sea.density * gravity, rest)
     rates = _rates(_inertia(body) + np.array(vessel.added_mass), stiffness, vessel)
     slowest = float(-rates.real[np.abs(rates.imag) > _MAX_GROWTH].max(initial=-math.inf))
     if whole > 0.0 and sea.tau <= 0.0 and slowest * _MAX_TRANSIENT < _DECAY_TIMES:
         fades = f"fades to 5 % in {_DECAY_TIMES / slowest:.3g} s" if slowest > _MAX_GROWTH else "does not fade"
         notes.append(f"a sea that is there from the start makes it swing, which {fades}: give the sea a `ramp`")
-    speed = _MAX_FROUDE * math.sqrt(_GRAVITY * vessel.length)
+    speed = _MAX_FROUDE * math.sqrt(gravity * vessel.length)
     growth, gain = (0.0, 0.0) if vessel.memory else _growth(vessel, body, stiffness, speed, timestep)
     at_speed = f"at {speed:.3g} m/s, a Froude number of {_MAX_FROUDE:g}"
     if growth > _MAX_GROWTH:
@@ -249,9 +250,12 @@ def _growth(
 
 
 def _stiffness_at_rest(
-    vessel: Vessel, body: MassProperties, density: float, rest: Flotation | None
+    vessel: Vessel, body: MassProperties, weight: float, rest: Flotation | None
 ) -> tuple[FloatArray, list[str]]:
-    """Stiffness (6, 6) about the origin without what capsizes it, and remarks about how it lies."""
+    """Stiffness (6, 6) about the origin without what capsizes it, and remarks about how it lies.
+
+    `weight` is that of the water [N/m3].
+    """
     if rest is None:
         restoring = about_origin(np.array(vessel.restoring), -np.array(vessel.point))
         notes = [
@@ -261,7 +265,6 @@ def _stiffness_at_rest(
         ]
         values, vectors = np.linalg.eigh(0.5 * (restoring + restoring.T))
         return about_origin((vectors * np.maximum(values, 0.0)) @ vectors.T, np.array(vessel.point)), notes
-    weight = density * _GRAVITY
     trim, heel = (weight * rest.volume * max(height, 0.0) for height in rest.metacentric_heights(body.center))
     own = np.diag([0.0, 0.0, weight * rest.area, heel, trim, 0.0])
     return about_origin(own, np.array([rest.middle, rest.center[1], body.center[2]])), rest.remarks(body.center)
@@ -283,9 +286,14 @@ def _rates(inertia: FloatArray, stiffness: FloatArray, vessel: Vessel) -> npt.ND
     return np.linalg.eigvals(system).astype(np.complex128)
 
 
+def _gravity_of(world: float) -> float:
+    """Gravity [m/s2] of a world's hulls at rest: one for all worlds like the Earth."""
+    return _GRAVITY if abs(world / _GRAVITY - 1.0) <= _EARTH else world
+
+
 @lru_cache(maxsize=32)
-def vessel_of(boat: Boat, density: float, *, in_waves: bool) -> Vessel | None:
-    """The hull of a kind of boat, in water of a density [kg/m3].
+def vessel_of(boat: Boat, density: float, gravity: float, *, in_waves: bool) -> Vessel | None:
+    """The hull of a kind of boat, in water of a density [kg/m3] under a world's gravity [m/s2].
 
     What its file does not give is that of its `hydrodynamics`. What its forces lack in waves is found if it is
     `in_waves`.
@@ -297,7 +305,7 @@ def vessel_of(boat: Boat, density: float, *, in_waves: bool) -> Vessel | None:
     if config is None:
         return None
     assert water is not None, f"{boat.name} has no hydrodynamics"
-    body, pushed = boat_mass(boat), push_center(boat)
+    body, pushed, gravity = boat_mass(boat), push_center(boat), _gravity_of(gravity)
     point = body.center if config.point is None else np.array(config.point)
 
     def at_origin(own: object, derived: tuple[float, ...]) -> FloatArray:
@@ -325,11 +333,11 @@ def vessel_of(boat: Boat, density: float, *, in_waves: bool) -> Vessel | None:
         diffraction=diffraction_of(hydro, density) if hydro and config.diffraction else None,
         **carried,
     )
-    check_rest(boat, found, density, rest)
+    check_rest(boat, found, density, gravity, rest)
     if not in_waves or found.length <= 0.0:
         return found
-    stiffness, _ = _stiffness_at_rest(found, body, density, rest)
-    hull = HullInWaves(found, _inertia(body), stiffness, level, density, hydro.gravity if hydro else _GRAVITY)
+    stiffness, _ = _stiffness_at_rest(found, body, density * gravity, rest)
+    hull = HullInWaves(found, _inertia(body), stiffness, level, density, hydro.gravity if hydro else gravity)
     return with_drift(hull, hydro, _transform(hydro.point if hydro else point))
 
 

@@ -377,7 +377,7 @@ def boat_rows(
     hull, start = len(tables.hulls), len(tables.thrusters)
     by_fleet = {mark.name: getattr(boat, key) for key, mark in marked_numbers(BoatConfig) if mark.record is Hull}
     is_marine = physics.profile == MARINE
-    vessel = vessel_of(kind.boat, sea.density, in_waves=bool(sea.waves)) if is_marine else None
+    vessel = vessel_of(kind.boat, sea.density, physics.gravity, in_waves=bool(sea.waves)) if is_marine else None
     own = replace(
         _with_names(kind.hull, boat.name),
         wind=boat_wind(wind, physics, boat.name, boat.robot, own=kind.boat.wind),

@@ -7,7 +7,7 @@ import math
 
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Level, Motion, minus, unrotate_level, velocity_at
-from vrx_mj.physics.tables import Record, Table
+from vrx_mj.physics.tables import SAIL, Record, Table
 from vrx_mj.physics.thrust import force_point, steering_target, to_hinge
 from vrx_mj.physics.wind import piece_of_curve, wind_share
 
@@ -85,3 +85,9 @@ def sail_force(sail: Record, curves: Table, flow: Level, angle: float) -> Level:
     drag = pressure * (one.drag + share * (two.drag - one.drag))
     lift = math.copysign(pressure, aside) * (one.lift + share * (two.lift - one.lift))
     return drag * ahead + lift * aside, drag * aside - lift * ahead
+
+
+@kernel
+def along_blade(thruster: Record, own: Record) -> float:
+    """Return the force [N] along the x axis of a thruster, rudder or sail besides its thrust: 0 of all but sails."""
+    return float(own.applied) if thruster.mapping == SAIL else 0.0

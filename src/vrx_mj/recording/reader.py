@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import io
 import math
-import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -19,7 +18,7 @@ from pydantic import ValidationError
 from vrx_mj.arguments import as_flag, as_number, as_path, as_text, check_name
 from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.config.sensors import CameraConfig
-from vrx_mj.errors import RecordError, VrxWarning, quote
+from vrx_mj.errors import RecordError, quote, warn
 from vrx_mj.frames import in_world_axes
 from vrx_mj.model.world import Parameters, other_physics
 from vrx_mj.recording.boat_sets import (
@@ -149,7 +148,7 @@ class Record(Head):
     def warn_of_physics(self) -> None:
         """Warn if the run used another version of the physics than this one."""
         if other := other_physics(self.physics_version):
-            warnings.warn(f"'{self.path}' is {other}", VrxWarning, stacklevel=3)
+            warn(f"'{self.path}' is {other}", 3)
 
     @property
     def time(self) -> FloatArray:

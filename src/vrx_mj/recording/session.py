@@ -10,7 +10,6 @@ import json
 import math
 import subprocess
 import tempfile
-import warnings
 import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
@@ -22,7 +21,7 @@ import numpy as np
 from vrx_mj.arguments import as_flag, as_path, check_kind, check_name
 from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.display import no_window
-from vrx_mj.errors import CommandError, RecordError, VrxWarning, quote
+from vrx_mj.errors import CommandError, RecordError, quote, warn
 from vrx_mj.mjcf.objects import ball_names
 from vrx_mj.model.world import tree_of
 from vrx_mj.outputs import begins, writing
@@ -168,7 +167,7 @@ def finish(path: Path, file: RawFile, scenes: Sequence[RecordScene]) -> None:
         file.close()
         encode(path, scenes, path)
     except (OSError, UnwrittenError) as error:
-        warnings.warn(f"{error}; what was written is intact, and vrx-mj replay opens it", VrxWarning, stacklevel=2)
+        warn(f"{error}; what was written is intact, and vrx-mj replay opens it", 2)
     finally:
         if collecting:
             gc.enable()

@@ -476,7 +476,8 @@ class Actions:
             row, boat, channel = (int(index) for index in np.argwhere(wrong)[0])
             owner, value = self._boats[boat], given[row, boat, channel]
             text = f"invalid action {value:.7g} for {self.names[owner][channel]} of {owner}"
-            raise ActionError(f"row {row}: {text}: a number from -1 to 1 is needed")
+            where = f"row {row}: " if len(given) > 1 else ""
+            raise ActionError(f"{where}{text}: a number from -1 to 1 is needed")
         return np.where(counts, given, np.float32(0.0))
 
 

@@ -249,20 +249,22 @@ class Generators:
 
 
 def _seeds_of_rows(seed: object, n: int) -> list[int | None]:
-    """The seed of each row."""
+    """The seed of each row; errors name no row where there is only one."""
+    text = "a whole number of 0 or more is needed"
     if seed is None or isinstance(seed, int | np.integer):
         given: list[Any] = [None if seed is None else int(seed) + row for row in range(n)]
     elif isinstance(seed, Sequence | np.ndarray) and not isinstance(seed, str | bytes) and np.ndim(seed[:0]) == 1:
         given = list(seed)
     else:
-        text = f"a whole number of 0 or more is needed, or one for each of {n} rows"
-        raise gymnasium.error.Error(f"invalid seed {quote(seed)}: {text}")
+        each = f", or one for each of {n} rows" if n > 1 else ""
+        raise gymnasium.error.Error(f"invalid seed {quote(seed)}: {text}{each}")
     if len(given) != n:
-        raise gymnasium.error.Error(f"{len(given)} seeds for {n} rows: one seed, or one for each row, is needed")
+        needed = f"for {n} rows: one seed, or one for each row, is needed" if n > 1 else "given: one is needed"
+        raise gymnasium.error.Error(f"{len(given)} seeds {needed}")
     for row, own in enumerate(given):
         if own is not None and (not isinstance(own, int | np.integer) or own < 0):
-            text = "a whole number of 0 or more is needed"
-            raise gymnasium.error.Error(f"invalid seed {quote(own)} of row {row}: {text}")
+            where = f" of row {row}" if n > 1 else ""
+            raise gymnasium.error.Error(f"invalid seed {quote(own)}{where}: {text}")
     return [None if own is None else int(own) for own in given]
 
 

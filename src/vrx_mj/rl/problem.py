@@ -11,7 +11,7 @@ from typing import Any, ClassVar, NamedTuple, Protocol, Self
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.arrays import BoolArray, FloatArray, IntArray
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray, read_only
 from vrx_mj.errors import DivergedError
 from vrx_mj.mjcf.world import World
 from vrx_mj.physics.tables import Table
@@ -69,8 +69,8 @@ class RefereedRow:
 
     @property
     def qpos(self) -> FloatArray:
-        """Positions of MuJoCo's model, (1, nq)."""
-        return np.asarray(self.sim.data.qpos)[None]
+        """Positions of MuJoCo's model, (1, nq), a read-only view."""
+        return read_only(np.asarray(self.sim.data.qpos)[None])
 
     def waves(self, row: int) -> Table:
         """Waves of the world's sea, `tables.WAVE`."""

@@ -6,7 +6,6 @@ import sqlite3
 import struct
 import tempfile
 import time
-import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -22,7 +21,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import get_types_from_msg
 
-from vrx_mj.errors import RecordError, UnknownNameError, VrxWarning
+from vrx_mj.errors import RecordError, UnknownNameError, warn
 from vrx_mj.outputs import write_files
 from vrx_mj.ros import cdr
 from vrx_mj.ros.interface import CONVERSIONS, LEVELS, LOG, ROSOUT, Inbox, RosInterface, Sent, Traffic, log_message
@@ -317,7 +316,7 @@ class Bag:
         twice = sorted(name for name in self._wanted if f"{name}/compressed" in self._wanted)
         if twice:
             text = f"the bag records both raw and compressed images of {', '.join(twice[:3])}: raw images make it large"
-            warnings.warn(f"{text}; name {twice[0]}/compressed to record only the others", VrxWarning, stacklevel=2)
+            warn(f"{text}; name {twice[0]}/compressed to record only the others", 2)
 
     @property
     def subscribed_topics(self) -> frozenset[str]:

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arguments import as_int, as_number, check_kind, check_name
-from vrx_mj.arrays import BoolArray, FloatArray, IntArray
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray, read_only
 from vrx_mj.errors import CommandError, DivergedError, quote
 from vrx_mj.frames import in_world_axes
 from vrx_mj.libmujoco import without_timers
@@ -36,6 +36,7 @@ from vrx_mj.runtime.row_tables import (
     row_bytes,
 )
 from vrx_mj.runtime.rows import (
+    FEATURES,
     ROW_LOOPS,
     Rows,
     as_numbers,
@@ -49,7 +50,7 @@ from vrx_mj.runtime.rows import (
     write_rows,
 )
 from vrx_mj.runtime.run_lock import RunLock, advancing, with_run_lock
-from vrx_mj.runtime.running_world import write_pose
+from vrx_mj.runtime.running_world import FreeBodies, write_pose
 from vrx_mj.runtime.state import STATE_VERSION, State, rows_divergence_message
 from vrx_mj.runtime.stepping_models import check_room, stepping_models
 from vrx_mj.runtime.timing import MOST_STEPS, whole_steps
@@ -121,7 +122,7 @@ class Batch:
             arrays.free_bodies = free_bodies(arrays, contact_free, arrays.hulls, arrays.vessels)
             solved = (arrays.free_bodies["float"] >= 0) & (arrays.free_bodies["diagonal"] == 0)
             arrays.solve_work = np.zeros(int(solved.any()), SOLVE_WORK)
-        self._pool = ThreadPool(int(threads or thread_count()))
+        self._bodies, self._pool = FreeBodies(world, arrays), ThreadPool(int(threads or thread_count()))
         check_memory(self.n, row_bytes(arrays))
         with allocating(self.n, arrays.data):
             self._rows = RowTables(arrays, self.n, world.parameters.sea)
@@ -198,12 +199,15 @@ class Batch:
         The columns are position (3) [m, ENU] and quaternion (4) (w, x, y, z) of the boat's `base_link` origin, its
         velocity (3) [m/s] and angular velocity (3) [rad/s] in body axes.
         """
-        return _read_only(self._rows.features)
+        return read_only(self._rows.features)
 
     @property
     def qpos(self) -> FloatArray:
-        """Generalized positions of MuJoCo's model in every row, (n, nq), a read-only view: `set_boat` moves boats."""
-        return _read_only(self._rows.qpos)
+        """Generalized positions of MuJoCo's model in every row, (n, nq), a read-only view.
+
+        `set_boat` moves boats, and `set_object` objects.
+        """
+        return read_only(self._rows.qpos)
 
     @property
     def wind(self) -> FloatArray:
@@ -330,28 +334,51 @@ class Batch:
             CommandError: the shape is wrong, or a number is not finite or too large.
         """
         check_name("boat", boat, self.boats)
-        which, number, data = which_rows(self.n, rows), self.boats.index(boat), self._rows
-        before = data.qpos[which].copy()
-        hull = self._arrays.hulls[number]
-        qpos, dof = int(hull["qpos"]), int(hull["dof"])
+        which, number = which_rows(self.n, rows), self.boats.index(boat)
+        self._move(boat, which, pose, velocity, self._arrays.hulls["qpos"].tolist())
         if pose is not None:
-            for row, place in zip(which, row_vectors(f"pose of {boat}", pose, len(which)), strict=True):
-                write_pose(data.qpos[row], qpos, place.tolist())
-        if velocity is not None:
-            moving = row_vectors(f"velocity of {boat}", velocity, len(which))
-            turns = data.qpos[which, qpos + 3 : qpos + 7]
-            data.qvel[which, dof : dof + 3] = in_world_axes(turns, moving[:, :3])
-            data.qvel[which, dof + 3 : dof + 6] = moving[:, 3:]
-        if pose is not None:
-            try:
-                check_room(self._arrays.model, data.qpos[which], self._arrays.hulls["qpos"].astype(np.int64))
-            except CommandError:
-                data.qpos[which] = before
-                raise
             for table, own in self._arrays.state_of_waves(number).items():
-                data.stacks[table][which, own] = 0.0
-        write_rows(which, data.runs, data.qpos, data.qvel)
-        self._observe()
+                self._rows.stacks[table][which, own] = 0.0
+        self._write(which)
+
+    @with_run_lock
+    def set_object(
+        self,
+        name: str,
+        *,
+        pose: Values = None,
+        velocity: Values = None,
+        rows: Rows = None,
+    ) -> None:
+        """Set the pose or the velocity of a floating object, or of the frame of a floating dock, in some rows.
+
+        Arguments but the name are those of `set_boat`. A reset brings it back.
+
+        Raises:
+            UnknownNameError: no floating object or dock has that name.
+            CommandError: it is fixed, the shape is wrong, a number is not finite or too large, or there are too many
+                contacts there.
+        """
+        self._bodies.check_object(name)
+        which = which_rows(self.n, rows)
+        self._move(name, which, pose, velocity, [qpos for qpos, _ in self._bodies.address.values()])
+        self._rows.start_floating(which, partial(self._bodies.start_floating, name))
+        self._write(which)
+
+    @with_run_lock
+    def observe_object(self, name: str, rows: Rows = None) -> FloatArray:
+        """State of a floating object, or of the frame of a floating dock, in some rows: (rows, 13), as in `features`.
+
+        Raises:
+            UnknownNameError: no floating object or dock has that name.
+            CommandError: a row does not exist.
+        """
+        check_name("floating object", name, self._bodies.floating)
+        which, item = which_rows(self.n, rows), np.zeros((1, 1), self._arrays.hulls.dtype)
+        item["qpos"], item["dof"] = self._bodies.address[name]
+        found = np.empty((len(which), 1, FEATURES))
+        observe_rows(0, len(which), item, self._rows.qpos[which], self._rows.qvel[which], found)
+        return found[:, 0]
 
     @with_run_lock
     def vary(
@@ -481,6 +508,28 @@ class Batch:
 
     # Inside
 
+    def _move(self, name: str, which: IntArray, pose: Values, velocity: Values, near: list[int]) -> None:
+        """Give a free body a pose or a velocity in rows, near bodies whose places begin there in `qpos`."""
+        places = None if pose is None else row_vectors(f"pose of {name}", pose, len(which))
+        moving = None if velocity is None else row_vectors(f"velocity of {name}", velocity, len(which))
+        data, (qpos, dof) = self._rows, self._bodies.address[name]
+        if places is not None:
+            new = data.qpos[which]
+            for row, place in zip(new, places.tolist(), strict=True):
+                write_pose(row, qpos, place)
+            check_room(self._arrays.model, new, np.array(near, np.int64))
+            data.qpos[which] = new
+        if moving is not None:
+            turns = data.qpos[which, qpos + 3 : qpos + 7]
+            data.qvel[which, dof : dof + 3] = in_world_axes(turns, moving[:, :3])
+            data.qvel[which, dof + 3 : dof + 6] = moving[:, 3:]
+            data.qvel[which, self._bodies.rates.get(name, slice(0))] = 0.0
+
+    def _write(self, which: IntArray) -> None:
+        """Let rows go on from their `qpos` and `qvel`."""
+        write_rows(which, self._rows.runs, self._rows.qpos, self._rows.qvel)
+        self._observe()
+
     def _advance(self, first: int, last: int, steps: int) -> None:
         rows, dt = self._rows, self.timestep
         own = rows.runs, rows.qpos, rows.qvel, rows.time, rows.done, self._going, dt
@@ -505,10 +554,3 @@ class Batch:
             self._channels[column].number(float(given[row, column]), f" in row {which[row]}")
         rows = self._rows
         command_rows(which, rows.runs, rows.time, np.ascontiguousarray(given), self._thrusters, self._angles, hold)
-
-
-def _read_only(array: FloatArray) -> FloatArray:
-    """A view of an array, into which nothing can be written: a row keeps its state elsewhere."""
-    view = array.view()
-    view.flags.writeable = False
-    return view

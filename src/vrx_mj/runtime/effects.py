@@ -18,7 +18,7 @@ from vrx_mj.physics.hydrostatics import hydrostatics
 from vrx_mj.physics.kernel import allocating_kernel, expanded_kernel, inlined_kernel, kernel
 from vrx_mj.physics.kinematics import turned_with
 from vrx_mj.physics.motion import Motion, Wrench, add, carry, motion, zero_wrench
-from vrx_mj.physics.sail import boom_target, sail_force, wind_on_sail
+from vrx_mj.physics.sail import along_blade, boom_target, sail_force, wind_on_sail
 from vrx_mj.physics.tables import MARINE, RUDDER, SAIL, Record, Table, Waves
 from vrx_mj.physics.thrust import (
     effective_command,
@@ -253,7 +253,7 @@ def _thrust(hull: Record, body: Motion, a: Views, work: Work, air: Air, time: fl
             own.thrust = rudder_force_at_sea(hull, thruster, own.angle, race, a, work.columns, body, time, dt)
         else:
             _update_force(hull, thruster, own, a.thruster_state, a.sail_curves, body, a.air, air, time)
-        along = own.applied if thruster.mapping == SAIL else 0.0
+        along = along_blade(thruster, own)
         if thruster.dof >= 0:
             apply_wrench(a.xfrc_applied, thruster.body, engine_wrench(thruster, body, own.thrust, own.angle, along))
         else:

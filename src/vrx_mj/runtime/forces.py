@@ -10,6 +10,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.frames import rotation_matrix
 from vrx_mj.physics.drag import added_inertia, added_inertia_of_vessel
 from vrx_mj.physics.motion import Motion, Wrench, add, from_origin, motion, rotate, shift, zero_wrench
+from vrx_mj.physics.sail import along_blade
 from vrx_mj.physics.tables import RUDDER, SAIL, VRX3, Record, Table
 from vrx_mj.physics.thrust import thruster_wrench
 from vrx_mj.runtime.effects import EFFECTS, Hulls, hull_loads, hull_loads_vrx
@@ -91,7 +92,7 @@ def _thrusts(arrays: LoopArrays, hull: Record, body: Motion, states: Table) -> d
     for row in range(start, start + int(hull["thruster_count"])):
         thruster, state = arrays.thrusters[row], states[row]
         name = _ANGLE_EFFECTS.get(int(thruster["mapping"]), "thrust")
-        along = state["applied"] if name == "sail" else 0.0
+        along = along_blade(thruster, state)
         push = thruster_wrench(thruster, hull, body, state["thrust"], state["angle"], along)
         wrenches[name] = add(wrenches.get(name, zero_wrench()), push)
     return wrenches

@@ -12,7 +12,7 @@ from vrx_mj.errors import CommandError
 from vrx_mj.frames import Vector
 from vrx_mj.model.tables import PROPELLER, PROPELLER_POINT, RESISTANCE, THRUSTER
 from vrx_mj.physics.drag import resistance_at
-from vrx_mj.physics.tables import BLADES, NEWTONS, RUDDER, Record, Table
+from vrx_mj.physics.tables import BLADES, LINEAR, NEWTONS, RUDDER, Record, Table
 from vrx_mj.physics.thrust import advance_thrust, force_point, measured_thrust, quadrant_loads, race_speed, thrust_force
 from vrx_mj.runtime.loop_arrays import LoopArrays
 
@@ -167,6 +167,8 @@ class Propeller:
     _forces: FloatArray = field(repr=False, compare=False)
     _water: tuple[Record, Table, float] | None = field(default=None, repr=False, compare=False)
     """Rows of what was measured of it, and the density of the water [kg/m3]; None: speed takes none of its force."""
+    _linear: tuple[float, float] | None = field(default=None, repr=False, compare=False)
+    """Newtons of a unit of the command astern and ahead, where a force is so many; None: where it is a curve."""
 
     @property
     def max_command(self) -> float:
@@ -177,6 +179,9 @@ class Propeller:
         """The command that gives a force [N], or the nearest that it can give; 0 for 0."""
         if force == 0.0:
             return 0.0
+        if self._linear is not None:
+            held = min(max(force, self.max_reverse), self.max_forward)
+            return held / self._linear[held > 0.0] if held else 0.0
         return float(np.interp(force, self._forces, self._commands))
 
     def thrust_at(self, speed: float, force: float) -> float:
@@ -219,8 +224,11 @@ def energy_of(arrays: LoopArrays, boat: str, index: int, states: Table) -> Float
 
 
 def _thruster(name: str, arrays: LoopArrays, number: int) -> Propeller:
-    row, water = arrays.thrusters[number], None
+    row, water, linear = arrays.thrusters[number], None, None
     if row["measured"] < 0:
+        astern, ahead = (side * float(row[limit]) for side, limit in ((-1.0, "max_reverse"), (1.0, "max_forward")))
+        square = float(row["max_command"]) ** 2
+        linear = {LINEAR: (astern / square, ahead / square), NEWTONS: (1.0, 1.0)}.get(int(row["mapping"]))
         commands, forces, rising = _mapping_table(**{field: row[field].item() for field in _MAPPING_FIELDS})
     else:
         own = arrays.propellers[row["measured"]]
@@ -243,6 +251,7 @@ def _thruster(name: str, arrays: LoopArrays, number: int) -> Propeller:
         commands,
         rising,
         water,
+        linear,
     )
 
 

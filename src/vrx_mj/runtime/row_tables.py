@@ -4,7 +4,6 @@ Rows of worlds of free bodies alone step without MuJoCo while nothing can touch 
 """
 
 import copy
-import warnings
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -17,7 +16,7 @@ import numpy.typing as npt
 
 from vrx_mj.arguments import check_kind
 from vrx_mj.arrays import FloatArray, IntArray
-from vrx_mj.errors import CommandError, VrxWarning
+from vrx_mj.errors import CommandError, warn
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.numbers import Number, run_numbers, with_numbers
 from vrx_mj.model.water import Sea
@@ -53,6 +52,8 @@ _KEPT: Mapping[str, tuple[str, ...]] = {
 """Tables of the same size in all rows, and their columns that a row's run and its factors set, not its numbers."""
 _STACKED = (*SEPARATE, *_KEPT, "waves", "own_waves")
 """Tables of which rows may have a part in a stack."""
+_AFLOAT = "float_state", "element_state", "link_state", "block_state"
+"""Tables of what the water last did to objects and docks."""
 _CHUNK = 4096
 """Rows whose waves are written at once."""
 _DT = 1e-3
@@ -327,6 +328,22 @@ class RowTables:
             hulls["mass"][row] = arrays.hulls["mass"] * factor
             self._set_bodies(row)
 
+    def start_floating(self, which: IntArray, start: Callable[[Callable[[float, float], float]], None]) -> None:
+        """Start something in rows where it is: by `start`, which does so in `arrays`, given the height of the sea."""
+        own, data = {table: getattr(self.arrays, table) for table in _AFLOAT}, self.arrays.data
+        kept = {table: array.copy() for table, array in own.items()}
+        for row in which.tolist():
+            sea, waves, time = self.part("sea", row)[0], self.part("waves", row), float(self.time[row])
+            for table, array in own.items():
+                array[:] = self.stacks[table][row]
+            self._write(row, data)
+            mujoco.mj_kinematics(self.arrays.model, data)
+            start(lambda x, y: surface_height(waves, sea, x, y, time))  # noqa: B023 - called here
+            for table, array in own.items():
+                self.stacks[table][row] = array
+        for table, array in own.items():
+            array[:] = kept[table]
+
     def reset(self, which: IntArray) -> None:
         """Bring MuJoCo's part of some rows back to the start."""
         self.time[which], self.done[which] = 0.0, 0
@@ -558,6 +575,6 @@ class Variation:
         pushed |= len(arrays.windage) > 0 or len(arrays.sail_curves) > 0
         if not pushed and (idle := [key for key in ("wind_speed", "gusts") if key in given and given[key].any()]):
             text = f"no effect of {' and '.join(idle)}: the wind pushes nothing in world {name}"
-            warnings.warn(f"{text}; give it `wind` with `objects`, or its robot `wind`", VrxWarning, stacklevel=5)
+            warn(f"{text}; give it `wind` with `objects`, or its robot `wind`", 5)
         if not arrays.waves["amplitude"].any() and "waves" in given and given["waves"].any():
-            warnings.warn(f"no effect of waves: the sea of world {name} has none", VrxWarning, stacklevel=5)
+            warn(f"no effect of waves: the sea of world {name} has none", 5)

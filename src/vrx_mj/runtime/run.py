@@ -4,7 +4,6 @@ import inspect
 import math
 import platform
 import time as clock
-import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cache
@@ -17,7 +16,7 @@ import numpy as np
 from vrx_mj.arguments import as_number, check_kind, check_name
 from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.constants import PHYSICS_VERSION
-from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, first_names, quote
+from vrx_mj.errors import CommandError, UnknownNameError, VrxError, first_names, quote, warn
 from vrx_mj.model.boats import Vessel
 from vrx_mj.model.world import Parameters
 from vrx_mj.runtime.commands import channels_of, clipped_commands
@@ -89,7 +88,7 @@ class MotionWarnings:
         if (boat, what) not in self._reported:
             self._reported.add((boat, what))
             self.lines.append(f"{boat} {text}")
-            warnings.warn(self.lines[-1], VrxWarning, stacklevel=4)
+            warn(self.lines[-1], 4)
 
 
 def harmless_speeds(world: Parameters) -> list[float]:
@@ -398,7 +397,7 @@ def steady(sim: Simulation, thrust: Mapping[str, float]) -> Controller:
     clipped = [text for boat, own in commands.items() for _, text in clipped_commands(sim.world, boat, own)]
     if clipped:
         more = f"; and {len(clipped) - 1} more" if len(clipped) > 1 else ""
-        warnings.warn(f"{clipped[0]}{more}", VrxWarning, stacklevel=2)
+        warn(f"{clipped[0]}{more}", 2)
     return lambda _observation, _time: commands
 
 

@@ -67,28 +67,41 @@ class FreeBodies:
         self.objects = tuple(floating)
         docks = [dock.name for dock in world.parameters.docks if dock.dynamic]
         self.floating = (*self.objects, *docks)
-        self._address: dict[str, tuple[int, int]] = {}
+        self.address: dict[str, tuple[int, int]] = {}
+        """Where the position of each begins in `qpos`, and its velocity in `qvel`."""
         linked = [item for item in world.parameters.objects if item.links]
         body = {item.name: int(arrays.model.body(item.body).id) for item in linked}
         self.anchored = {item.name: body[item.name] for item in linked if item.kind == "static"}
-        self._rates = {name: _joint_rates(arrays.model, own) for name, own in body.items()}
+        self.rates = {name: _joint_rates(arrays.model, own) for name, own in body.items()}
+        """Where in `qvel` the rates of the joints of each are that has any."""
         roots = arrays.blocks[arrays.blocks["parent"] < 0]
         for names, rows in ((world.boats, arrays.hulls), (self.objects, arrays.floats), (docks, roots)):
             for name, row in zip(names, rows, strict=True):
-                self._address[name] = (int(row["qpos"]), int(row["dof"]))
+                self.address[name] = (int(row["qpos"]), int(row["dof"]))
         fixed = world.parameters.task.fixed if world.parameters.task else {}
         self._fixed = {name: np.array([*pose[:3], *quaternion(*pose[3:])]) for name, pose in fixed.items()}
+
+    def check_object(self, name: str, advice: str = "") -> None:
+        """Check that a floating object or dock has this name.
+
+        Raises:
+            UnknownNameError: none has.
+            CommandError: what has it is fixed.
+        """
+        if as_text("name", name) in self._arrays.fixed:
+            raise CommandError(f"{name} cannot be moved: it is fixed{advice}")
+        check_name("floating object", name, self.floating)
 
     def pose(self, name: str) -> FloatArray:
         """Position [m] and quaternion (w, x, y, z), (7,), of a link's origin, or of a dock's frame."""
         if name in self._fixed:
             return self._fixed[name]
-        qpos, _ = self._address[name]
+        qpos, _ = self.address[name]
         return self._data.qpos[qpos : qpos + 7]  # type: ignore[no-any-return]
 
     def observe(self, name: str, **known: Mapping[str, Any]) -> BoatObservation:
         """Pose and velocity of a link's origin, with what else is known of a boat."""
-        qpos, dof = self._address[name]
+        qpos, dof = self.address[name]
         pose, motion = self._data.qpos[qpos : qpos + 7].copy(), self._data.qvel[dof : dof + 6].copy()
         linear = rotation_matrix(pose[3:]).T @ motion[:3]
         return BoatObservation(pose[:3], pose[3:], linear, motion[3:], hull=self._hull(name), **known)
@@ -103,7 +116,7 @@ class FreeBodies:
 
     def set_motion(self, name: str, pose: Sequence[float] | None, velocity: Sequence[float] | None) -> None:
         """Set pose [m, rad, ENU] and velocity [m/s, rad/s, body axes] of a link's origin."""
-        qpos, dof = self._address[name]
+        qpos, dof = self.address[name]
         motion = None if velocity is None else as_numbers(f"velocity of {name}", velocity, 6, MAX_STATE)
         if pose is not None:
             write_pose(self._data.qpos, qpos, as_numbers(f"pose of {name}", pose, 6, MAX_STATE))
@@ -111,14 +124,14 @@ class FreeBodies:
             turn = self._data.qpos[qpos + 3 : qpos + 7]
             self._data.qvel[dof : dof + 3] = in_world_axes(turn, np.array(motion[:3]))
             self._data.qvel[dof + 3 : dof + 6] = motion[3:]
-            self._data.qvel[self._rates.get(name, slice(0))] = 0.0  # as in Gazebo: all links get the velocity
+            self._data.qvel[self.rates.get(name, slice(0))] = 0.0  # as in Gazebo: all links get the velocity
 
     def start_floating(self, name: str, height: Callable[[float, float], float]) -> None:
         """Start an object or a dock where it is now, with the surface at `height(x, y)` [m]."""
         if name in self.anchored:
             self._arrays.start_links_floating(self.anchored[name], height)
             return
-        qpos, _ = self._address[name]
+        qpos, _ = self.address[name]
         if name in self.objects:
             row = self.objects.index(name)
             self._arrays.start_floating(row, height(*self._data.qpos[qpos : qpos + 2]))
@@ -131,7 +144,7 @@ class FreeBodies:
     def worst(self) -> str:
         """Name of the first body whose state is not finite, or else the fastest."""
         worst, name = -1.0, "the world"
-        for candidate, (qpos, dof) in self._address.items():
+        for candidate, (qpos, dof) in self.address.items():
             values = np.concatenate((self._data.qpos[qpos : qpos + 7], self._data.qvel[dof : dof + 6]))
             if not np.isfinite(values).all():
                 return candidate
@@ -402,9 +415,7 @@ class RunningWorld:
 
     def set_object(self, name: str, pose: _Six, velocity: _Six) -> None:
         """Set the pose or the velocity of a floating object or dock, and let the water have it there."""
-        if as_text("name", name) in self.arrays.fixed:
-            raise CommandError(f"{name} cannot be moved: it is fixed; remove it, and spawn it elsewhere")
-        check_name("floating object", name, self.bodies.floating)
+        self.bodies.check_object(name, "; remove it, and spawn it elsewhere")
         with self.undone_if_crowded():
             self.bodies.set_motion(name, pose, velocity)
             self.derive()

@@ -9,7 +9,6 @@ import re
 import shutil
 import stat
 import tempfile
-import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,7 +23,7 @@ from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.config.loading import fault_text
 from vrx_mj.config.tree import literal
 from vrx_mj.constants import PHYSICS_VERSION
-from vrx_mj.errors import StateError, VrxError, VrxWarning, first_names, shorten
+from vrx_mj.errors import StateError, VrxError, first_names, shorten, warn
 from vrx_mj.model.world import other_physics
 from vrx_mj.outputs import atomic_write
 
@@ -154,7 +153,7 @@ class State:
         if not np.isfinite(self.mujoco).all():
             raise StateError(f"the state at t = {self.time:g} s is not finite")
         if text := other_physics(self.physics_version):
-            warnings.warn(f"the state at t = {self.time:g} s is {text}", VrxWarning, stacklevel=2)
+            warn(f"the state at t = {self.time:g} s is {text}", 2)
 
     def _other_parts(self, like: "State") -> str:
         """What this state has more or less of than one of another world."""

@@ -144,6 +144,20 @@ def test_a_hull_in_calm_water_has_no_table():
 
 
 @pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
+def test_on_another_planet_waves_of_a_length_are_as_fast_as_its_gravity_makes_them():
+    """Froude: under four times the gravity frequencies are doubled, and forces of waves four times as large."""
+    fleet = {"robot": "barge_4m", "boats": [{"name": "a", "pose": [0.0] * 6}], "sensors": "none"}
+    here, there = (
+        compile_world({"name": "tank", "physics": {"profile": "marine", "gravity": g}, "sea": SEA}, fleet=fleet)
+        .parameters.hulls[0].vessel.drift
+        for g in (G, 4.0 * G)
+    )  # fmt: skip
+    assert there.step == pytest.approx(2.0 * here.step)
+    shortest = [np.array(drift.forces)[-1, 0, 0] for drift in (here, there)]
+    assert shortest[1] == pytest.approx(4.0 * shortest[0], rel=0.05)  # but for the damping, which is as it is
+
+
+@pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
 def test_what_holds_for_some_steps_is_part_of_the_state():
     """A run that goes on from a state amid the steps for which the force is held, and rows of both engines."""
     sim = run("blueboat")

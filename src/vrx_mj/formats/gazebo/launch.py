@@ -433,7 +433,7 @@ class _Run:
             self.leave_out(element, robot, f"<node> '{name}'")
             return
         if isinstance(robot, Path) and is_gazebo_model(robot.name) and not is_template(robot):
-            own = pose_of(model_element(robot).model).value  # in the frame of what is spawned
+            own = pose_of(model_element(robot).model, self.report).value  # in the frame of what is spawned
             pose = compose(pose, own) if any(own) else pose
             pose = pose if _is_object(robot) else boat_pose(pose, robot)
         if robot in self.known_objects or (isinstance(robot, Path) and _is_object(robot)):

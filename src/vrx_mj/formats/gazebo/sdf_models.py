@@ -12,7 +12,7 @@ import numpy as np
 from vrx_mj.config.search import SCHEME, display, package_paths
 from vrx_mj.config.tree import literal
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError
-from vrx_mj.formats.gazebo.document import Element, as_node, markup
+from vrx_mj.formats.gazebo.document import Element, Report, as_node, markup
 from vrx_mj.formats.gazebo.models import (
     Source,
     folder_in_reach,
@@ -27,7 +27,7 @@ from vrx_mj.formats.series.pieces import At
 from vrx_mj.formats.urdf.elements import Findings, Node, own_name
 from vrx_mj.formats.urdf.links import Surroundings
 from vrx_mj.formats.urdf.model import relative
-from vrx_mj.formats.urdf.reader import MeshFiles
+from vrx_mj.formats.urdf.reader import ODD, MeshFiles
 from vrx_mj.formats.urdf.xml_document import Markup
 from vrx_mj.frames import IDENTITY, Pose, angles, compose, inverse, rotation_matrix
 
@@ -103,8 +103,8 @@ def given_pose(node: Node, farthest: float = _MAX_COORDINATE) -> Given:
     return Given((x, y, z, *angles(tuple(map(tuple, matrix.tolist())))), frame, found)  # type: ignore[arg-type]
 
 
-def pose_of(element: Element) -> At:
-    """The pose of a model in its world.
+def pose_of(element: Element, report: Report | None = None) -> At:
+    """The pose of a model in its world; a report takes that it is not read as it was meant.
 
     Raises:
         ConfigError: it is wrong, or in another frame.
@@ -117,6 +117,8 @@ def pose_of(element: Element) -> At:
         raise found.fault(f"a pose relative to {literal(base)} is not supported: give it in the model's frame")
     for problem in given.node.findings.problems:
         raise found.fault(problem.message, problem.key.rpartition("pose")[2].strip(" /"))
+    if report and given.node.findings.odd:
+        report.note(found, "approximated", ODD["pose"], f"<pose> {literal(found.own_text)}")
     return At(list(given.pose), found.place)
 
 
@@ -360,11 +362,11 @@ def in_world_frame(world: Element, file: Path) -> list[Element | ConfigError]:
     return found
 
 
-def pose_of_included(include: Element, folder: Path) -> At:
+def pose_of_included(include: Element, folder: Path, report: Report) -> At:
     """The pose of the model of an `<include>` in its world: its own where this gives none. Raises ConfigError."""
     if include.text("pose"):
-        return pose_of(include)
-    return pose_of(model_element(model_file(f"{SCHEME}{model_name(include)}", folder)).model)
+        return pose_of(include, report)
+    return pose_of(model_element(model_file(f"{SCHEME}{model_name(include)}", folder)).model, report)
 
 
 def _with_pose(element: Element, pose: Pose) -> Element:

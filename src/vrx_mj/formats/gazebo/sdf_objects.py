@@ -140,7 +140,7 @@ def _composite(source: Source, report: Report) -> Content:
             report.note(include, "ignored", f"no model named '{name}'")
             continue
         model = name if name in known else f"{SCHEME}{name}"
-        pose = pose_of(include) if name in known else pose_of_included(include, folder)
+        pose = pose_of(include, report) if name in known else pose_of_included(include, folder, report)
         path = follow_path(include, report)
         swims = {"path": At(path, include.place)} if path else {}
         objects.append({"name": include.text("name") or name, "model": At(model, include.place), "pose": pose, **swims})
@@ -196,18 +196,20 @@ class _Object:
         """The keys of an object's file."""
         root, *others = self.tree.bodies
         shapes = [self.all_shapes(body) for body in self.tree.bodies]
+        whole_names = [body.name for body in self.tree.bodies]
+        names = dict(zip(whole_names, _distinct(whole_names), strict=True))
+        link = {"link": names[root.name]}
         if self.is_static:
-            return {"static": True, **shapes[0]}
+            return {**link, "static": True, **shapes[0]}
         wet = self.wet(shapes)
         is_static = wet is None or self.tree.is_anchored
-        whole = {"static": True} if is_static else self.inertia(root)
+        whole = link | ({"static": True} if is_static else self.inertia(root))
         whole |= {**shapes[0], **({} if is_static or wet is None else wet[0])}
         path = None if is_static else follow_path(self.element, self.report)
         whole |= {"path": path} if path else {}
         if not others:
             return whole
-        whole_names, hinges = [body.name for body in self.tree.bodies], self.tree.hinges
-        names = dict(zip(whole_names, _distinct(whole_names), strict=True))
+        hinges = self.tree.hinges
         rows = zip(others, shapes[1:], (wet or [{}] * len(shapes))[1:], strict=True)
         links = [
             {"name": names[body.name], "pose": list(body.pose), **self.inertia(body), **own, **water}
@@ -215,7 +217,7 @@ class _Object:
         ]
         joints = zip(hinges, _distinct([one.joint.name for one in hinges]), strict=True)
         return {
-            "link": names[root.name], **whole, "links": links,
+            **whole, "links": links,
             "joints": [self.joint(hinge, name, names) for hinge, name in joints],
         }  # fmt: skip
 
@@ -454,7 +456,8 @@ def model_of_text(text: str, folder: Path) -> TextModel:
         raise root.fault("expected <sdf> with a <model> or an <include>")
     included = found.tag == "include"
     name = model_name(found) if included else found.attributes.get("name", "")
-    x, y, z, roll, pitch, yaw = pose_of(found).value
+    report = Report()
+    x, y, z, roll, pitch, yaw = pose_of(found, report).value
     pose = x, y, z, roll, pitch, yaw
     if name in catalogue("objects"):
         return TextModel(name, pose, f"the catalogue's {name}")
@@ -469,7 +472,7 @@ def model_of_text(text: str, folder: Path) -> TextModel:
         file.replace(own)
     if not is_template(own) and is_boat(model_element(own).model):
         return TextModel(own, boat_pose(pose, own), title, is_boat=True)
-    return TextModel(own, pose, title, notes=_notes(own) if notes else ())
+    return TextModel(own, pose, title, notes=_notes(own, report) if notes else ())
 
 
 def _is_text_of(file: Path, model: Element) -> bool:
@@ -480,9 +483,8 @@ def _is_text_of(file: Path, model: Element) -> bool:
     return ours == theirs
 
 
-def _notes(file: Path) -> tuple[str, ...]:
-    """Parts of an object that differ here or are ignored."""
-    report = Report()
+def _notes(file: Path, report: Report) -> tuple[str, ...]:
+    """Parts of an object that differ here or are ignored, after those that a report has."""
     model_section(file, report)
     notes = dict.fromkeys(f"{note.what} {note.fate}: {note.ours}" for note in report.notes if note.fate != "imported")
     return tuple(first_lines(notes, _MOST_NOTES))

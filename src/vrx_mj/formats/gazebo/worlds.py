@@ -246,7 +246,8 @@ class _Reader:
         folder = self.file.absolute().parent
         with ignore_warnings():  # said again where it is loaded
             read_boat(model_file(robot, folder))
-        pose, place = pose_of_included(element, folder) if element.tag == "include" else pose_of(element)
+        included, report = element.tag == "include", self.report
+        pose, place = pose_of_included(element, folder, report) if included else pose_of(element, report)
         whole = At(list(boat_pose(pose, model_file(robot, folder))), place)
         self.boats.append({"name": safe_name(name), "pose": whole, "robot": At(robot, element.place)})
         self.note(element, "imported", "a boat, unless a fleet is given")
@@ -332,13 +333,14 @@ class _Reader:
                 return
         numbered = element.child("name") is not None and not element.text("name")  # as `insert_model` has it
         own = None if numbered else At(safe_name(element.text("name") or named_as(name)), element.place)
-        pose = pose_of(element) if ours else pose_of_included(element, self.file.parent)
+        report, folder = self.report, self.file.parent
+        pose = pose_of(element, report) if ours else pose_of_included(element, folder, report)
         content = thing(At(ours or name, element.place), pose, own)
         if ours is None:
             source = f"{self.file.name}#{included_name(element)}" if element.child("static") else source
             content["model"] = At(source, element.place)
-            self.tell(source, self.file.parent)
-        path = follow_path(element, self.report)
+            self.tell(source, folder)
+        path = follow_path(element, report)
         if path is not None:
             content["path"] = At(path, element.place)
         self.placed.append((element, content))
@@ -415,7 +417,7 @@ class _Reader:
         if not self.is_object(element, element, name, source):
             return
         self.tell(source, self.file.parent)
-        content = {"name": safe_name(name), "model": At(source, element.place), "pose": pose_of(element)}
+        content = {"name": safe_name(name), "model": At(source, element.place), "pose": pose_of(element, self.report)}
         self.placed.append((element, content))
 
     def take_plugin(self, element: Element) -> None:

@@ -245,7 +245,13 @@ class Node:
             return node._switch(text, "", default)
         several = isinstance(default, tuple)
         labels = tag.labels or (_LABELS[len(default)] if several else node.tag)
+        missing = 6 - len(text.split()) if labels == _LABELS[6] else 0
+        short = 0 < missing <= 3  # Gazebo classic turns nothing unless all three angles are there
+        if short:
+            self.findings.note("pose", f"{literal(text)} on line {node.place.line}")
+            text += " 0" * missing
         found = node._parse(text, "", labels, above=tag.above, low=tag.low, high=tag.high, largest=tag.largest)
+        found = (*found[:3], 0.0, 0.0, 0.0) if found and short else found
         if found is None or several:
             return found or default
         return round(found[0]) if isinstance(default, int) else found[0]

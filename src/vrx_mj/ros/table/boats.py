@@ -171,9 +171,8 @@ def boat_joints(text: str, boat: str) -> tuple[BoatJoint, ...]:
 
 
 def _joints_of_links(robot: Urdf, boat: str) -> Iterator[BoatJoint]:
-    namespace, slash, name = robot.root.rpartition("/")
-    base = f"{boat}/{BASE}"
-    frames = {link: f"{boat}/{link.removeprefix(namespace + slash)}" for link in robot.links} | {robot.root: base}
+    name, base = robot.local(robot.root), f"{boat}/{BASE}"
+    frames = {link: f"{boat}/{robot.local(link)}" for link in robot.links} | {robot.root: base}
     if name != BASE:
         frames[robot.root] = f"{boat}/{name}"
         yield BoatJoint("", base, frames[robot.root], np.zeros(3), UNTURNED, np.zeros(3), False, np.zeros(3))

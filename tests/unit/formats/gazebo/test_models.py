@@ -270,6 +270,39 @@ def test_angles_may_be_in_degrees():
     assert list(read(body)[0]["collisions"][0]["pose"]) == pytest.approx([1, 2, 3, 0, 0, math.pi / 2])
 
 
+@pytest.mark.parametrize("static", ["", "<static>1</static>"])
+def test_a_model_of_one_link_keeps_its_name(static):
+    """Users ask ROS for `buoy::pontoon`, as in Gazebo."""
+    found, _ = read(static + link(1.0, (1.0, 1.0, 1.0, 0.0, 0.0, 0.0), name="pontoon", content=SPHERE))
+    assert found["link"] == "pontoon"
+
+
+SHORT = "poses of three to five numbers; as in Gazebo classic, their angles are 0 (newer Gazebo refuses the file)"
+
+
+@pytest.mark.parametrize("text", ["1 2 3", "1 2 3 0.5", "1 2 3 0 1.57"])
+def test_a_short_pose_is_a_place_without_angles(text):
+    """`operator>>` of ignition::math reads no angle unless it finds all three; sdformat 6 and 9 go on."""
+    found, notes = read(f'<static>1</static><link name="l"><pose>{text}</pose>{SPHERE}</link>')
+    assert list(found["collisions"][0]["pose"]) == [1, 2, 3, 0, 0, 0]
+    assert [(one.what, one.fate, one.ours) for one in notes] == [
+        ("<model> 'buoy'", "approximated", f"{SHORT}: '{text}' on line 1")
+    ]
+    model = f"<model name='own'><pose>{text}</pose><static>1</static><link name='l'/></model>"
+    whole = model_of_text(f"<sdf>{model}</sdf>", Path("models"))
+    assert (whole.pose, whole.notes) == ((1, 2, 3, 0, 0, 0), (f"<pose> '{text}' approximated: {SHORT}",))
+
+
+@pytest.mark.parametrize(("text", "message"), [
+    ("1 2", "expected 6 numbers x y z roll pitch yaw, got '1 2'"), ("1 2 3 4 x", "expected a number, got 'x'"),
+    ("1 2 3 4 5 6 7", "expected 6 numbers x y z roll pitch yaw, got '1 2 3 4 5 6 7'"),
+])  # fmt: skip
+def test_a_pose_of_letters_or_without_a_place_is_refused(text, message):
+    with pytest.raises(ConfigError) as refused:
+        read(f'<static>1</static><link name="l"><pose>{text}</pose>{SPHERE}</link>')
+    assert str(refused.value) == f"buoy.sdf:1: link 'l' / pose: {message}"
+
+
 BODY = link(1.0, (1.0, 1.0, 1.0, 0.0, 0.0, 0.0), name="a", content=SPHERE)
 STILL = '<static>1</static><link name="l"><visual name="v">{}</visual></link>'
 JOINT = '<link name="b">{}</link><joint name="j" type="{}"><parent>a</parent><child>b</child></joint>'

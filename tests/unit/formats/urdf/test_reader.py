@@ -267,6 +267,13 @@ def test_limits_of_1e16_are_none():
                 "or file://, got 'ftp://a.org/b.dae'"
             ),
         ),
+        (
+            [link("frame"), '<gazebo reference="frame"><sensor type="imu"><pose>1 0 2 0 0</pose></sensor></gazebo>'],
+            (
+                "poses of three to five numbers; as in Gazebo classic, their angles are 0 (newer Gazebo refuses the "
+                "file): '1 0 2 0 0' on line 1"
+            ),
+        ),
     ],
 )  # fmt: skip
 def test_what_is_odd_is_said_once(parts, message):

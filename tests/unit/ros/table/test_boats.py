@@ -167,6 +167,12 @@ def test_a_frame_of_a_sensors_own_on_base_link_is_where_it_measures(tmp_path):
         assert np.ravel(rotation_matrix(turn).T) == pytest.approx(np.ravel(axes), abs=1e-5)
 
 
+def test_frames_have_the_names_of_the_description():
+    """Of `a/b/hull` the namespace of the boat replaces `a` alone, as in `robot_description` and sensors."""
+    (root,) = boat_joints('<robot name="r"><link name="a/b/hull"/></robot>', "boat")
+    assert (root.parent, root.child) == ("boat/base_link", "boat/b/hull")
+
+
 def test_another_root_hangs_on_base_link():
     root, mast, vane = boat_joints(ODD, "boat")
     assert (root.parent, root.child, root.moves) == ("boat/base_link", "boat/hull", False)
