@@ -285,7 +285,7 @@ def _rates(inertia: FloatArray, stiffness: FloatArray, vessel: Vessel) -> npt.ND
     return np.linalg.eigvals(system).astype(np.complex128)
 
 
-@lru_cache(maxsize=128)
+@lru_cache(maxsize=64)
 def vessel_of(boat: Boat, density: float, *, in_waves: bool) -> Vessel | None:
     """The hull of a kind of boat, in water of a density [kg/m3].
 
