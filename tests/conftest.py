@@ -41,6 +41,8 @@ LONGEST = (
     "[tutorial_one_boat.md]",
     "::test_a_larger_share_of_everything_is_used_or_refused",
     "[tutorial_many_boats.md]",
+    "[ros.md]",
+    "test_what_a_thread_does_compiles_for_the_processor",
     "test_catkin_workspace.py",
     "test_campaign_on_ray.py",
     "test_packaging.py",

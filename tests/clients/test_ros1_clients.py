@@ -46,6 +46,7 @@ def test_a_pid_that_divides_by_the_time_between_messages_finds_none_that_is_zero
     assert 0.0 < done.task.score < 20.0
 
 
+@pytest.mark.nightly
 def test_a_stack_that_advertises_the_topics_of_all_tasks_sails_without_false_hints(tmp_path, rate):
     done = outcome(program("whole_stack.py"), tmp_path, rate=rate, seconds=SECONDS)
     assert done.code == 0, done.text
@@ -56,6 +57,7 @@ def test_a_stack_that_advertises_the_topics_of_all_tasks_sails_without_false_hin
     assert 0.0 < done.task.score < 20.0
 
 
+@pytest.mark.nightly
 def test_a_wait_for_a_service_that_is_not_there_is_told_once_with_the_nearest(tmp_path, rate):
     done = outcome(program("waits.py"), tmp_path, rate=rate, seconds=SECONDS)
     assert done.code == 0, done.text

@@ -19,6 +19,7 @@ pytestmark = [pytest.mark.slow, needs(ROS1_TOOLS), pytest.mark.parametrize("rate
 BEACON = "geographic_msgs/GeoPoseStamped"
 
 
+@pytest.mark.nightly
 def test_who_comes_after_a_stall_still_hears_a_latched_beacon(tmp_path, rate):
     heard = []
 
@@ -38,6 +39,7 @@ def test_who_comes_after_a_stall_still_hears_a_latched_beacon(tmp_path, rate):
     assert done.task.state == "running"
 
 
+@pytest.mark.nightly
 def test_a_keyboard_script_in_a_terminal_drives(tmp_path, rate):
     done = outcome(program("keyboard.py"), tmp_path, rate=rate)
     assert (done.code, done.said("cmd_vel does not drive")) == (0, [])

@@ -57,6 +57,7 @@ def test_a_campaign_of_autopilots_sails_the_same_bits_twice(tmp_path):
     assert len(set(runs[0])) == 2
 
 
+@pytest.mark.nightly
 def test_an_autopilot_that_ends_fails_its_trial_with_its_last_lines(tmp_path):
     (tmp_path / "sea.yaml").write_text(WORLD)
     words = ["--ardupilot", "--exec", "echo no ardurover; exit 3", "--worlds", "sea.yaml", "--duration", "3"]

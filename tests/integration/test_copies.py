@@ -226,10 +226,10 @@ def test_a_simulation_goes_to_another_process_and_an_error_comes_back(world):
 @pytest.mark.slow
 def test_environments_run_in_processes_that_are_spawned():
     env = Env("StationKeeping")
-    many = gymnasium.vector.AsyncVectorEnv([lambda: copy.deepcopy(env)] * 2, context="spawn")  # it closes its first
-    first, _ = many.reset(seed=[3, 3])
+    many = gymnasium.vector.AsyncVectorEnv([lambda: copy.deepcopy(env)], context="spawn")  # it closes its first
+    first, _ = many.reset(seed=[3])
     single, _ = env.reset(seed=3)
-    assert np.array_equal(first, [single, single])
+    assert np.array_equal(first, [single])
     action = many.action_space.sample()
     seen = many.step(action)[0]
     many.close()

@@ -55,7 +55,9 @@ def usual(tmp_path_factory):
     return state_in(vrx(*RUN, cwd=tmp_path_factory.mktemp("usual"))[1])
 
 
+@pytest.mark.nightly
 def test_another_process_compiles_and_sails_the_same(here):
+    """By day those whose numpy has other instructions do."""
     assert sailed() == here
 
 

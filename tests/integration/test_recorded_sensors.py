@@ -211,6 +211,7 @@ def test_scans_that_meet_nothing_come_back_empty(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_the_recording_of_a_killed_run_has_its_readings(tmp_path):
     path = tmp_path / "killed.rrd"
     run = subprocess.Popen(

@@ -9,6 +9,7 @@ import subprocess
 import time
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from xmlrpc.client import ServerProxy
 
 import pytest
 
@@ -66,15 +67,17 @@ class Launched:
         return self._log.read_text(encoding="utf-8")
 
     def topics(self, *wanted):
-        """All topics, once there are some."""
-        found = set()
+        """All topics by the tool, which takes a process half a second, once the master knows some."""
 
         def are_there():
             assert self.process.poll() is None, self.text
-            found.update(tools("rostopic list", self.port, self._home).split())
-            return set(wanted) <= found
+            with suppress(OSError), ServerProxy(self.variables["ROS_MASTER_URI"]) as master:  # or there is none yet
+                published, subscribed, _ = master.getSystemState("/test")[2]
+                return set(wanted) <= {name for name, _ in (*published, *subscribed)}
 
         until(are_there, f"{wanted} in {self.text}", 90.0)
+        found = set(tools("rostopic list", self.port, self._home).split())
+        assert set(wanted) <= found
         return found
 
     def boats(self):
@@ -246,6 +249,7 @@ def test_a_copy_of_a_launch_file_is_edited_as_in_the_tutorials(packages, tmp_pat
         assert "warning" not in one.text
 
 
+@pytest.mark.nightly
 def test_a_launch_file_that_includes_one_of_vrx_adds_to_it(packages, tmp_path, team):
     include = (
         '<include file="$(find vrx_gazebo)/launch/station_keeping.launch"><arg name="namespace" value="cat"/>'
@@ -320,6 +324,7 @@ KEYDRIVE = """<launch>
 """
 
 
+@pytest.mark.nightly
 def test_keys_in_the_terminal_of_roslaunch_drive(packages, tmp_path, team):
     (team / "launch" / "defender_keydrive.launch").write_text(KEYDRIVE, encoding="utf-8")
     with launched(f"roslaunch vrx_gazebo vrx.launch namespace:=defender_a {EXTRA}", tmp_path, packages) as one:

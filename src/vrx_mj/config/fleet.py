@@ -405,9 +405,11 @@ def _wind_problems(world: WorldConfig, boats: Sequence[tuple[BoatConfig, Slot]])
     listed = (world.wind.objects if world.wind else None) or ()
     if not listed:
         return
-    known = {name for boat, _ in boats for name in (boat.name, boat.robot)} | set(catalogue("robots"))
-    known |= {*_names(world.objects, ""), *(dock.name for dock in world.docks)}
-    for index, thing in enumerate(listed):
+    plain = {name for boat, _ in boats for name in (boat.name, boat.robot)} | {dock.name for dock in world.docks}
+    plain |= {name for thing in world.objects for name in (thing.name, thing.model)}
+    unclear = [(index, thing) for index, thing in enumerate(listed) if thing.model not in plain]
+    known = {*plain, *_names(world.objects, ""), *catalogue("robots")} if unclear else plain
+    for index, thing in unclear:
         if thing.model not in known:
             error = UnknownNameError("boat, object, dock or robot", thing.model, sorted(known))
             yield problem_at(world.section, ("wind", "objects", index, "model"), str(error))

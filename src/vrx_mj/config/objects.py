@@ -3,7 +3,7 @@
 import contextlib
 import math
 from collections.abc import Mapping, Sequence
-from functools import cached_property, lru_cache
+from functools import cached_property
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from typing import Annotated, Literal
@@ -366,17 +366,18 @@ def _unlit(thing: ObjectConfig) -> list[Fault]:
 def load_object(name: str, near: Path | None = None) -> ObjectConfig:
     """The object model of a name, or of a path relative to the folder `near`."""
     file = referenced_file("objects", name, near)
-    if file.is_relative_to(root() / "assets") and (own := _packaged_object(file)):
-        return own
-    section, _ = document("objects", file)
-    return validate(ObjectConfig, section, Loading((file.resolve(),)))
+    return _PACKAGED.get(file) or _checked(file, Loading((file.resolve(),)))
 
 
-@lru_cache(maxsize=256)
-def _packaged_object(file: Path) -> ObjectConfig | None:
-    """A file of the package's own, which do not change while it runs; None for a composite, whose parts may change."""
-    found = validate(ObjectConfig, document("objects", file)[0], Loading((file.resolve(),)))
-    return None if found.objects else found
+_PACKAGED: dict[Path, ObjectConfig] = {}
+"""Single objects of the package's own, whose files do not change while it runs; parts of composites may."""
+
+
+def _checked(file: Path, loading: Loading) -> ObjectConfig:
+    found = validate(ObjectConfig, document("objects", file)[0], loading)
+    if found.kind != "composite" and file.is_relative_to(root() / "assets"):
+        _PACKAGED[file] = found
+    return found
 
 
 def _misfits(item: Placement, model: ObjectConfig) -> Faults:
@@ -409,7 +410,7 @@ def _count(file: Path, whole: Loading) -> None:
     if key not in whole.counts:
         whole.counts[key] = 1
         part = Loading((*whole.chain, key), whole.counts)
-        _warn_if_it_sinks(validate(ObjectConfig, document("objects", file)[0], part), file)
+        _warn_if_it_sinks(_PACKAGED.get(file) or _checked(file, part), file)
         whole.counts[key] = max(part.count, 1)
     before, whole.count = whole.count, whole.count + whole.counts[key]
     if before <= MOST_OBJECTS < whole.count:

@@ -22,7 +22,7 @@ from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.docks import block_corners
 from vrx_mj.mjcf.flotation import boat_box
 from vrx_mj.mjcf.objects import PlacedDock, PlacedObject
-from vrx_mj.mjcf.terrain import area_of, shoreline
+from vrx_mj.mjcf.terrain import area_of, land_area
 
 _Area = Any
 """A shapely polygon in the world [m]."""
@@ -232,7 +232,7 @@ def outline(boat: Boat) -> FloatArray:
 def _things(config: WorldConfig, docks: Sequence[PlacedDock]) -> list[_Thing]:
     found = []
     if config.terrain:
-        land = area_of(shoreline(config.terrain, config.folder))
+        land = land_area(config.terrain, config.folder)
         found.append(_Thing(_LAND, f"the shore of {config.terrain}", land))
     for dock in docks:
         blocks = shapely.union_all(shapely.polygons(block_corners(dock)))

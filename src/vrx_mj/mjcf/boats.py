@@ -7,6 +7,7 @@ steers, are rigid here too, at zero. What steers is a joint of a thruster, rudde
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Any, Literal
 
@@ -475,6 +476,7 @@ def turning_mass(thruster: AssembledThruster) -> MassProperties | None:
     return combine(parts) if parts else None
 
 
+@lru_cache(maxsize=64)
 def boat_mass(boat: Boat) -> MassProperties:
     """The whole boat with everything at zero, in its base link.
 

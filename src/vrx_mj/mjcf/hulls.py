@@ -291,7 +291,7 @@ def _gravity_of(world: float) -> float:
     return _GRAVITY if abs(world / _GRAVITY - 1.0) <= _EARTH else world
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=64)
 def vessel_of(boat: Boat, density: float, gravity: float, *, in_waves: bool) -> Vessel | None:
     """The hull of a kind of boat, in water of a density [kg/m3] under a world's gravity [m/s2].
 

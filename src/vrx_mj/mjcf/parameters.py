@@ -310,9 +310,10 @@ def warn_if_unpushed(
 
 def warn_if_unmoved(world: str, wind: WindConfig | None, moving: Iterable[str]) -> None:
     """One warning if the wind lists things, but no kind of boat, of which none can move."""
-    names = {*moving, *catalogue("robots")} if wind is not None and wind.objects else set()
+    names = set(moving)
     idle = [item.model for item in (wind.objects if wind else None) or () if item.model not in names]
-    if idle:
+    robots = catalogue("robots") if idle else {}
+    if idle := [name for name in idle if name not in robots]:
         text = f"world {world}: wind.objects has no effect on {_first(idle)}"
         warn(f"{text}; list boats, objects that float, and docks with `dynamic: true`", 5)
 

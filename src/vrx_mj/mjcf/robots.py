@@ -342,7 +342,7 @@ class BoatKind:
     sensors: Sequence[Sensor]
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=64)
 def boat_kind(boat: Boat, engines: Engines, color: _Color | None) -> BoatKind:
     """The kind of a boat, which takes 0.1 s to make; one object for each boat, engines and color."""
     sensors = [

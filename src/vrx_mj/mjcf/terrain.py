@@ -124,11 +124,11 @@ def terrain_piece(name: str, near: Path | None = None) -> Piece:
         ConfigError: its file does not hold rings of points.
     """
     path = _find(name, near)
-    return _build(path, path.stat().st_mtime_ns)
+    return _build(path, _version(path))
 
 
 @functools.lru_cache(maxsize=4)
-def _build(path: Path, _changed: int) -> Piece:
+def _build(path: Path, _version: tuple[int, int]) -> Piece:
     import shapely
 
     polygons = _read_polygons(path)
@@ -146,30 +146,37 @@ def shoreline(name: str, near: Path | None = None) -> tuple[Ring, ...]:
 
     A ring that runs counter-clockwise bounds an island, a clockwise one a lake.
     """
-    return tuple(tuple((x, y) for x, y in ring.tolist()) for ring in _rings(_read_polygons(_find(name, near))))
+    path = _find(name, near)
+    return _shore(path, _version(path))
+
+
+@functools.lru_cache(maxsize=4)
+def _shore(path: Path, _version: tuple[int, int]) -> tuple[Ring, ...]:
+    return tuple(tuple((x, y) for x, y in ring.tolist()) for ring in _rings(_read_polygons(path)))
 
 
 def on_land(name: str, x: float, y: float, near: Path | None = None) -> bool:
     """Whether the point is on the dry side of the waterline."""
     import shapely
 
-    return bool(shapely.contains_xy(_area(name, near), x, y))
+    return bool(shapely.contains_xy(land_area(name, near), x, y))
 
 
 def land_distance(name: str, x: float, y: float, near: Path | None = None) -> float:
     """Distance [m] of a point from the land; 0 on it."""
     import shapely
 
-    return float(shapely.distance(_area(name, near), shapely.Point(x, y)))
+    return float(shapely.distance(land_area(name, near), shapely.Point(x, y)))
 
 
-def _area(name: str, near: Path | None) -> object:
+def land_area(name: str, near: Path | None = None) -> object:
+    """The land as a prepared polygon of shapely [m]."""
     path = _find(name, near)
-    return _prepared_area(path, path.stat().st_mtime_ns)
+    return _prepared_area(path, _version(path))
 
 
 @functools.lru_cache(maxsize=4)
-def _prepared_area(path: Path, _changed: int) -> object:
+def _prepared_area(path: Path, _version: tuple[int, int]) -> object:
     import shapely
 
     area = area_of(_rings(_read_polygons(path)))
@@ -273,6 +280,12 @@ def _find(name: str, near: Path | None) -> Path:
     """The terrain's file: in the folder `terrain` beside the file that names it, or along the search path."""
     beside = near / "terrain" / f"{name}.json" if near and Path(name).name == name else None
     return beside if beside and beside.is_file() else find_terrain(name)
+
+
+def _version(path: Path) -> tuple[int, int]:
+    """Time of the last change [ns] and size of a file: what was made of it is kept until these change."""
+    status = path.stat()
+    return status.st_mtime_ns, status.st_size
 
 
 def _read_polygons(path: Path) -> list[_Rings]:

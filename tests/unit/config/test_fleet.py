@@ -219,6 +219,21 @@ def test_wind_on_nothing_is_an_error(here):
 WINDY = ["wamv", "wamv1", "buoy", "ball", "wamv2"]
 
 
+def test_wind_on_a_part_of_an_object_and_on_its_kind(here):
+    """A part by the object's name and its own, and a kind that the object has parts of."""
+    (here / "pair.yaml").write_text(
+        "objects: [{name: left, model: post, pose: [0, 5, 0, 0, 0, 0]}]\n", encoding="utf-8"
+    )
+    listed = [{"model": name, "coefficients": [1, 1, 1]} for name in ("gate/left", "post", "gate/right")]
+    gate = {"name": "gate", "model": "pair.yaml", "pose": [20, 0, 0, 0, 0, 0]}
+    with pytest.raises(ConfigError) as caught:
+        load_fleet(None, load_world({"objects": [gate], "wind": {"objects": listed}}))
+    assert str(caught.value) == (
+        "<world>: wind.objects[2].model: no boat, object, dock or robot named 'gate/right'; "
+        "known: gate, gate/left, pair.yaml, post, wamv"
+    )
+
+
 @pytest.fixture(scope="module")
 def shipped_worlds():
     """All but those of series, which are many, and in the same places as the others."""

@@ -22,6 +22,7 @@ def run(*command, **environment):
     return done.stdout.splitlines()
 
 
+@pytest.mark.nightly
 def test_rows_in_the_simulator_are_those_of_the_cpu_to_the_bit():
     """Addresses, indices and flags, in profiles vrx and marine; a row that stops or diverges is named."""
     diverged, near, shape, text = run(str(HERE / "simulated_rows.py"), "vrx", "marine", NUMBA_ENABLE_CUDASIM="1")
@@ -37,6 +38,7 @@ def test_threads_that_share_a_row_of_marine_may_run_in_any_order():
     assert [line.partition(":")[0] for line in lines] == ["up", "down", "mixed"]
 
 
+@pytest.mark.nightly
 def test_environments_in_the_simulator_are_those_of_the_cpu_to_the_bit():
     """Steps, rewards, facts and episodes of every problem in open water, and nothing waits for the device."""
     lines = run(str(HERE / "simulated_environment.py"), NUMBA_ENABLE_CUDASIM="1")

@@ -184,6 +184,15 @@ def test_a_terrain_beside_the_world_is_found(tmp_path):
     assert mujoco.MjModel.from_xml_string(text, assets=assets).ngeom == 6
 
 
+def test_a_shore_that_changes_is_read_anew(tmp_path):
+    (tmp_path / "terrain").mkdir()
+    for size in (30, 300, 3000):
+        island = {"land": [{"exterior": [[0, 0], [size, 0], [size, size], [0, size]]}]}
+        (tmp_path / "terrain" / "isle.json").write_text(json.dumps(island), encoding="utf-8")
+        assert shoreline("isle", tmp_path) == (((0, 0), (size, 0), (size, size), (0, size)),)
+        assert on_land("isle", size - 1.0, 1.0, tmp_path)
+
+
 BEYOND = "a coordinate of 2.5e+07 m; at most 1e+06 m is allowed"
 
 

@@ -181,7 +181,7 @@ def test_writer_leaves_no_threads(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_recording_of_a_killed_run_reads_up_to_its_last_second(tmp_path):
     path = tmp_path / "killed.rrd"
     tests = Path(recorded_run.__file__)

@@ -15,14 +15,14 @@ from vrx_mj.packages import root
 BROKEN = Path(__file__).parents[3] / "broken"
 CASES = [(kind, file.name) for kind in ("components", "thrusters") for file in sorted((BROKEN / kind).glob("*.yaml"))]
 START = root() / "assets" / "start"
+FOREVER = [pytest.mark.slow, pytest.mark.nightly]
+"""By day a bomb of xacro is stopped by the limit of processor time (test_xacro_bombs.py)."""
 
 
 @pytest.mark.parametrize(
     ("kind", "name"),
     [
-        pytest.param(
-            kind, name, id=f"{kind}-{Path(name).stem}", marks=[pytest.mark.slow] * (name == "expression_power.yaml")
-        )
+        pytest.param(kind, name, id=f"{kind}-{Path(name).stem}", marks=FOREVER * (name == "expression_power.yaml"))
         for kind, name in CASES
     ],
 )

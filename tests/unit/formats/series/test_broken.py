@@ -218,6 +218,7 @@ def test_too_many_steps_are_refused(axes, steps):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("text", ["9 ** 9 ** 9", "sum(range(10 ** 9))", "'a' * 10 ** 9 + ''", "[0] * 10 ** 9"])
 def test_expressions_that_would_take_forever_are_refused(axes, text):
     series = axes(f'a:\n  steps: 1\n  macros:\n    ocean_waves: [{{gain: "{text}"}}]\n')
