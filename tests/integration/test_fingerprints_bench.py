@@ -24,7 +24,7 @@ def asked(monkeypatch):
 
     for name in MEASURED:
         monkeypatch.setattr(bench, name, measuring(name))
-    monkeypatch.setattr(bench, "two_threads_and_two_processes", lambda: (1000.0, 500.0))
+    monkeypatch.setattr(bench, "two_threads_and_two_processes", lambda *_: (1000.0, 500.0))
     monkeypatch.setattr(bench, "free_rates", lambda: (3000.0, 5000.0))
     monkeypatch.setattr(bench, "campaign_times", lambda *given: found.append([*given]) or (3.0 + len(found), 40.0))
     return found

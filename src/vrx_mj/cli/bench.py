@@ -70,7 +70,7 @@ _TASK = {"type": "stationkeeping", "goal_cart": [8, 0, 0]}
 _FREE_BARS = ("vrx", 64, 2.0), ("vrx", 1024, 2.0), ("60_waves", 64, 1.3), ("60_waves", 1024, 1.5)
 _SEAS = {"vrx": SEA, "60_waves": _OCEAN}
 _ROUNDS = 15
-_FIGURE_COUNT = 28
+_FIGURE_COUNT = 29
 """Number of figures that `measure` takes, for the progress bar."""
 _VERDICTS = {True: "yes", False: "no", None: ""}
 _BARE_BOAT = """
@@ -90,6 +90,8 @@ _BARE_WORLD = """
 BATCH_ROWS = 512
 _STEPS = 10
 """Physics steps of a call: one decision at 10 Hz."""
+_SCALING_BARS = ("2_threads", 0.85, BATCH_ROWS, _STEPS), ("4_rows", 0.9, 4, 2000)
+"""Figures of two threads: name, bound, rows, and physics steps of a call."""
 WINDOW, BATCH_ROUNDS = 0.5, 7
 """How long one side of batches is timed [s], and how often; of what is timed the median counts."""
 _THROTTLE = 0.1
@@ -171,13 +173,17 @@ def _core_rows() -> Iterator[Row]:
 
 def batch_rows() -> list[Row]:
     """Rows about `vrx_mj.Batch`."""
-    threads, processes = two_threads_and_two_processes()
-    parts = {"boat steps/s, 2 threads": threads, "boat steps/s, 2 processes": processes}
+    scaling = [
+        bench_row(f"batch_scaling_{name}", threads / processes, "of 2 processes", least, at_least=True,
+                  parts={"boat steps/s, 2 threads": threads, "boat steps/s, 2 processes": processes})
+        for name, least, rows, steps in _SCALING_BARS
+        for threads, processes in [two_threads_and_two_processes(rows, steps)]
+    ]  # fmt: skip
     without = needs_extra("it", "Gymnasium", "rl")
     one, every = free_rates()
     return [
         bench_row("batch_boat_steps_per_s", boat_steps_per_second(), "boat steps/s", None),
-        bench_row("batch_scaling_2_threads", threads / processes, "of 2 processes", 0.85, at_least=True, parts=parts),
+        *scaling,
         bench_row("vector_env_steps_per_s", environment_steps_per_second(), "env steps/s", None, missing=without),
         bench_row("batch_mb_per_row", megabytes_per_row(), "MB", None),
         bench_row("free_boat_steps_per_s", every, "boat steps/s", None, parts={"boat steps/s, 1 thread": one}),
@@ -367,7 +373,7 @@ def boat_steps_per_second() -> float:
     return statistics.median(each for (each,) in rates(batch_of(BATCH_ROWS)))
 
 
-def two_threads_and_two_processes() -> tuple[float, float]:
+def two_threads_and_two_processes(rows: int, steps: int) -> tuple[float, float]:
     """Boat steps per second of a batch with two threads, and those of two processes at once with half the rows each.
 
     They alternate, so that what else the machine does hits both.
@@ -376,15 +382,15 @@ def two_threads_and_two_processes() -> tuple[float, float]:
     with ExitStack() as stack:
         workers = [stack.enter_context(fresh_process()) for _ in range(2)]
         for _ in range(BATCH_ROUNDS + 1):  # the first makes the rows
-            ours.append(rate(batch_of(BATCH_ROWS, threads=2), WINDOW))
-            pair = [worker.submit(rate_on_one_thread, BATCH_ROWS // 2, WINDOW) for worker in workers]
+            ours.append(rate(batch_of(rows, threads=2), WINDOW, steps))
+            pair = [worker.submit(rate_on_one_thread, rows // 2, WINDOW, steps) for worker in workers]
             theirs.append(sum(one.result() for one in pair))
     return statistics.median(ours[1:]), statistics.median(theirs[1:])
 
 
-def rate_on_one_thread(rows: int, window: float) -> float:
+def rate_on_one_thread(rows: int, window: float, steps: int) -> float:
     """Boat steps per second of rows of this process in a window [s]."""
-    return rate(batch_of(rows, threads=1), window)
+    return rate(batch_of(rows, threads=1), window, steps)
 
 
 def engine_ratio(rows: int, sea: str) -> float:
@@ -419,9 +425,9 @@ def per_second(call: Callable[[], object], window: float) -> float:
     return calls / (time.perf_counter() - begun)
 
 
-def rate(batch: Batch, window: float) -> float:
-    """Boat steps per second in a window [s]."""
-    return per_second(lambda: batch.advance(_STEPS), window) * _STEPS * batch.n * len(batch.boats)
+def rate(batch: Batch, window: float, steps: int = _STEPS) -> float:
+    """Boat steps per second in a window [s], so many steps a call."""
+    return per_second(lambda: batch.advance(steps), window) * steps * batch.n * len(batch.boats)
 
 
 def environment_steps_per_second() -> float:

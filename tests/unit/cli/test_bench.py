@@ -116,8 +116,7 @@ def short(monkeypatch):
 
 @pytest.mark.slow
 def test_threads_and_processes_are_both_timed(monkeypatch, short):
-    monkeypatch.setattr(bench, "BATCH_ROWS", 32)
-    assert all(rate > 0.0 for rate in two_threads_and_two_processes())
+    assert all(rate > 0.0 for rate in two_threads_and_two_processes(32, 10))
 
 
 @pytest.mark.slow
@@ -142,13 +141,14 @@ def test_engines_are_timed_side_by_side(short):
 
 
 def test_the_scaling_row_shows_both_numbers(monkeypatch, capsys):
-    monkeypatch.setattr(bench, "two_threads_and_two_processes", lambda: (900_000.0, 1_200_000.0))
+    monkeypatch.setattr(bench, "two_threads_and_two_processes", lambda *_: (900_000.0, 1_200_000.0))
     monkeypatch.setattr(bench, "boat_steps_per_second", lambda: 910_000.0)
     monkeypatch.setattr(bench, "environment_steps_per_second", lambda: 31_000.0)
     without_free_rows(monkeypatch)
     rows = {row["name"]: row for row in batch_rows()}
-    assert list(rows)[:4] == [
-        "batch_boat_steps_per_s", "batch_scaling_2_threads", "vector_env_steps_per_s", "batch_mb_per_row"
+    assert list(rows)[:5] == [
+        "batch_boat_steps_per_s", "batch_scaling_2_threads", "batch_scaling_4_rows", "vector_env_steps_per_s",
+        "batch_mb_per_row",
     ]  # fmt: skip
     assert rows["free_ratio_1024_60_waves"]["ok"]
     assert rows["free_boat_steps_per_s"]["parts"] == {"boat steps/s, 1 thread": 2_300_000.0}
@@ -178,7 +178,7 @@ def test_environments_are_timed(monkeypatch, short):
 
 def test_what_is_not_measured_has_no_verdict_and_says_what_is_missing(monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "200")
-    monkeypatch.setattr(bench, "two_threads_and_two_processes", lambda: (9.0, 10.0))
+    monkeypatch.setattr(bench, "two_threads_and_two_processes", lambda *_: (9.0, 10.0))
     monkeypatch.setattr(bench, "boat_steps_per_second", lambda: 910_000.0)
     without_free_rows(monkeypatch)
     monkeypatch.setattr(importlib.util, "find_spec", lambda name, *_: None if name == "gymnasium" else True)

@@ -231,7 +231,9 @@ def batches(monkeypatch):
 
     monkeypatch.setattr(bench, "Batch", Batch)
     monkeypatch.setattr(bench, "compile_world", lambda world, fleet: (world, fleet))
-    monkeypatch.setattr(bench, "rate", lambda batch, window: {"free": 30.0, "mujoco": 10.0}[batch.engine] / window)
+    monkeypatch.setattr(
+        bench, "rate", lambda batch, window, steps=0: {"free": 30.0, "mujoco": 10.0}[batch.engine] / window
+    )
     bench.batch_of.cache_clear()
     yield made
     bench.batch_of.cache_clear()
@@ -248,7 +250,7 @@ def test_engines_are_compared_on_one_thread(batches):
     assert bench.row_cost(4096, 64) == 1.0
     assert [made[2:] for made in batches[4::2]] == [(4096, 1, "free"), (64, 1, "free")]
     assert bench.boat_steps_per_second() == 20.0  # of half a second
-    assert bench.rate_on_one_thread(8, 2.0) == 5.0
+    assert bench.rate_on_one_thread(8, 2.0, 10) == 5.0
     assert batches[-2][2:] == (8, 1, "mujoco")
 
 
@@ -275,19 +277,19 @@ def test_two_threads_alternate_with_two_processes_of_half_the_rows_and_the_first
         def __exit__(self, *_):
             ended.append(self)
 
-        def submit(self, call, rows, window):
-            asked.append((call, rows, window))
+        def submit(self, call, *given):
+            asked.append((call, *given))
             return SimpleNamespace(result=lambda: 1000.0 if len(asked) <= 2 else 3.0)
 
-    def rate(batch, window):
-        asked.append((batch, window))
+    def rate(batch, *given):
+        asked.append((batch, *given))
         return 100.0 if len(asked) == 1 else 8.0
 
     monkeypatch.setattr(bench, "fresh_process", Process)
     monkeypatch.setattr(bench, "rate", rate)
     monkeypatch.setattr(bench, "batch_of", lambda rows, threads: (rows, threads))
-    assert bench.two_threads_and_two_processes() == (8.0, 6.0)
-    one = [((512, 2), 0.5), *[(bench.rate_on_one_thread, 256, 0.5)] * 2]
+    assert bench.two_threads_and_two_processes(512, 10) == (8.0, 6.0)
+    one = [((512, 2), 0.5, 10), *[(bench.rate_on_one_thread, 256, 0.5, 10)] * 2]
     assert asked == one * 8
     assert len(ended) == 2
 
