@@ -287,8 +287,8 @@ def _rates(inertia: FloatArray, stiffness: FloatArray, vessel: Vessel) -> npt.ND
 
 
 def _gravity_of(world: float) -> float:
-    """Gravity [m/s2] of a world's hulls at rest: one for all worlds like the Earth."""
-    return _GRAVITY if abs(world / _GRAVITY - 1.0) <= _EARTH else world
+    """Gravity [m/s2] of a world's hulls at rest: one for all worlds like the Earth, and for those of next to none."""
+    return _GRAVITY if world < _EARTH * _GRAVITY or abs(world / _GRAVITY - 1.0) <= _EARTH else world
 
 
 @lru_cache(maxsize=64)
