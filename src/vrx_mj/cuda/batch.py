@@ -23,9 +23,9 @@ _DEVICES = (2, 13)
 
 
 def check_driver(remedy: str = 'take vrx_mj.Batch(engine="free"), or device="cpu"') -> None:
-    """CommandError: there is no graphics processor; its message ends with the `remedy`."""
+    """CommandError: there is no graphics processor, or no compiler for it; the message ends with the `remedy`."""
     if not (SIMULATED or cuda.is_available()):
-        raise CommandError(f"no graphics processor: numba-cuda finds no CUDA driver (nvidia-smi); {remedy}")
+        raise CommandError(f"no graphics processor: numba-cuda finds no driver or no NVVM (numba -s); {remedy}")
 
 
 class RowsObserved(NamedTuple):

@@ -16,7 +16,7 @@ from numba import cuda
 from numba.cuda.core import config
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
-from vrx_mj.physics.kernel import cache_folder
+from vrx_mj.physics.kernel import FOLDER
 from vrx_mj.physics.lanes import WIDTH, LanesType
 from vrx_mj.physics.tables import Table
 from vrx_mj.physics.vessel import VesselWork
@@ -112,10 +112,10 @@ def launcher(function: Callable[..., None], threads: int, waves: int, stream: St
 
 @cache
 def _compile(function: Callable[..., None], registers: int | None) -> Any:
-    folder, before = cache_folder(), config.CACHE_DIR
-    if folder:
-        config.CACHE_DIR = str(folder / f"cuda{registers or ''}-{numba_cuda.__version__}")
+    before = config.CACHE_DIR
+    if FOLDER:
+        config.CACHE_DIR = str(FOLDER / f"cuda{registers or ''}-{numba_cuda.__version__}")
     try:
-        return cuda.jit(function, max_registers=registers, cache=folder is not None)
+        return cuda.jit(function, max_registers=registers, cache=FOLDER is not None)
     finally:
         config.CACHE_DIR = before

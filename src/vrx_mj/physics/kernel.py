@@ -345,8 +345,9 @@ def cache_choice() -> Choice:
 
 
 _STAMPS = source_stamps()
-_FOLDER, _REFUSED = cache_choice()
-_INSTEAD = f"{_FOLDER} is used instead" if _FOLDER else "they are compiled in every process"
+FOLDER, _REFUSED = cache_choice()
+"""Folder of compiled kernels, named after the sources that this process has loaded."""
+_INSTEAD = f"{FOLDER} is used instead" if FOLDER else "they are compiled in every process"
 say_before_the_first(f"{reason}; {_INSTEAD}" for reason in _REFUSED)
 
 
@@ -406,7 +407,7 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
 
 
 def _cache_of(function: Callable[..., object], form: str = "") -> KernelCache | Uncached:
-    return Uncached() if _FOLDER is None else KernelCache(function, _FOLDER, form)
+    return Uncached() if FOLDER is None else KernelCache(function, FOLDER, form)
 
 
 def _compile(function: _F, *, counting: bool, inlined: bool = False, expanded: bool = False) -> _F:

@@ -88,5 +88,5 @@ def test_what_a_thread_does_compiles_for_the_processor(kernels):
 def test_without_a_driver_the_message_says_what_to_do(command, remedy):
     done = subprocess.run([sys.executable, "-Wignore", *command], capture_output=True, text=True, check=False)
     *before, last = done.stderr.splitlines()
-    assert last.endswith(f"no graphics processor: numba-cuda finds no CUDA driver (nvidia-smi); {remedy}")
+    assert last.endswith(f"no graphics processor: numba-cuda finds no driver or no NVVM (numba -s); {remedy}")
     assert (done.returncode, bool(before)) == (1, command[0] == "-c")  # the program's line is alone

@@ -103,7 +103,7 @@ def test_what_is_compiled_is_kept_by_its_registers_with_the_kernels_of_the_cpu(
         return jit(function, **options)
 
     device.jit, kernels.SIMULATED = compile_it, False
-    monkeypatch.setattr(kernels, "cache_folder", lambda: tmp_path if kept else None)
+    monkeypatch.setattr(kernels, "FOLDER", tmp_path if kept else None)
     for _ in range(2):
         assert kernels.launcher(print, 65, waves, "s") == (2, 64)
     assert device.compiled == ({"max_registers": registers, "cache": kept},)

@@ -69,7 +69,7 @@ def test_a_temporary_folder_that_others_can_write_is_not_used(tmp_path, monkeypa
 def test_without_any_folder_kernels_still_run(nowhere, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(nowhere))
     assert cache_folder() is None
-    monkeypatch.setattr(module, "_FOLDER", None)
+    monkeypatch.setattr(module, "FOLDER", None)
     assert kernel(_twice)(2.0) == 4.0
 
 
@@ -84,7 +84,7 @@ def test_numba_s_own_setting_stays_as_it_was(monkeypatch):
 
 
 def test_kernels_lie_in_the_folder_by_package_wherever_that_is_installed():
-    assert Path(ramp.stats.cache_path) == module._FOLDER / "physics"
+    assert Path(ramp.stats.cache_path) == module.FOLDER / "physics"
 
 
 @pytest.fixture

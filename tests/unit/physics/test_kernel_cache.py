@@ -28,7 +28,7 @@ def _thrice(x):
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
     """An empty cache, of a process that has said nothing yet."""
-    monkeypatch.setattr(module, "_FOLDER", tmp_path)
+    monkeypatch.setattr(module, "FOLDER", tmp_path)
     monkeypatch.setattr(module, "_said", set())
     return tmp_path
 
@@ -152,7 +152,7 @@ def test_a_damaged_entry_is_none(folder, which):
 @pytest.mark.parametrize("look", [is_cached, lambda compiled: compiled(2.0)], ids=["asked", "called"])
 def test_lines_wait_for_the_first_kernel_that_is_looked_up(kept, look, folder, monkeypatch, capsys):
     """With a cache and without, and are written once."""
-    monkeypatch.setattr(module, "_FOLDER", folder if kept else None)
+    monkeypatch.setattr(module, "FOLDER", folder if kept else None)
     monkeypatch.setattr(module, "_waiting", [])
     module.say_before_the_first(["one", "another"])
     compiled, written = kernel(_twice), []

@@ -13,7 +13,7 @@ def _twice(x):
 
 @pytest.mark.parametrize("writable", [True, False])
 def test_where_nothing_can_be_kept_it_is_said_what_helps(tmp_path, monkeypatch, capsys, writable):
-    monkeypatch.setattr(module, "_FOLDER", tmp_path if writable else None)
+    monkeypatch.setattr(module, "FOLDER", tmp_path if writable else None)
     twice = kernel(_twice)
     with compile_notice(twice, "a kernel", 7):
         assert twice(2.0) == 4.0
@@ -32,7 +32,7 @@ def test_where_nothing_can_be_kept_it_is_said_what_helps(tmp_path, monkeypatch, 
 
 def test_nothing_is_said_where_nothing_is_compiled(tmp_path, monkeypatch, capsys):
     """A picture of a calm sea calls no kernel of the sea's surface, and would announce it for ever."""
-    monkeypatch.setattr(module, "_FOLDER", tmp_path)
+    monkeypatch.setattr(module, "FOLDER", tmp_path)
     for _ in range(2):
         with compile_notice(kernel(_twice), "a kernel", 7):
             pass
