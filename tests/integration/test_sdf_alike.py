@@ -62,7 +62,7 @@ def test_a_hull_floats_alike_as_urdf_as_boat_and_as_object(tmp_path, monkeypatch
     sim = vrx_mj.Simulation(vrx_mj.compile_world(world, fleet={"boats": boats}))
     sim.step({}, duration=90.0)
     model = sim.model
-    bodies = [model.body(name).id for name in ("sdf/hull", "urdf/hull", "thing/link")]
+    bodies = [model.body(name).id for name in ("sdf/hull", "urdf/hull", "thing/hull")]
     first = tensor(model, bodies[0])
     for body in bodies:
         assert model.body_mass[body] == pytest.approx(100.5, abs=1e-9)
