@@ -72,7 +72,7 @@ class VesselState(NamedTuple):
 
 
 class Vessel(Protocol):
-    """What a trial is made with: a boat of a simulation, or a model of one."""
+    """Vessel of a trial: a boat of a simulation, or a model of one."""
 
     @property
     def state(self) -> VesselState:

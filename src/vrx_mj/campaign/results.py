@@ -101,7 +101,7 @@ class Result:
         return self.state in {"failed", "lost"}
 
     def outline(self) -> "Result":
-        """It without tracks and the events of its task, as `ResultStore.results` has it."""
+        """The result without tracks and the events of its task, as `ResultStore.results` gives it."""
         return replace(self, tracks={}, task=self.task and {**self.task, "events": ()})
 
     @property

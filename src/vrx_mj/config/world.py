@@ -260,7 +260,7 @@ class WorldConfig(FromFile):
         return found
 
     def _of_marine(self) -> Iterator[tuple[Loc, str]]:
-        """What the file gives that only worlds of profile `marine` have: where, and in words."""
+        """Places and names of all that the file gives and that only worlds of profile `marine` have."""
         for number, item in enumerate(self.objects):
             if item.mooring is not None:
                 yield ("objects", number, "mooring"), "a mooring"
@@ -271,7 +271,7 @@ class WorldConfig(FromFile):
 
     @property
     def placements(self) -> tuple[Placed, ...]:
-        """Its objects and docks."""
+        """Objects and docks of the world."""
         return (*self.objects, *self.docks)
 
 

@@ -98,7 +98,7 @@ class Muster:
 
 
 class Leader:
-    """What the others of a formation follow."""
+    """Leader of a formation: a boat, or a virtual one."""
 
     name: str | None = None
     """Name of the boat that leads; None of a virtual leader."""

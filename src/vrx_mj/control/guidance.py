@@ -170,7 +170,7 @@ class Track:
     """A line through points, by its length; it goes on straight before its start and beyond its end."""
 
     def __init__(self, points: Sequence[Point]) -> None:
-        """At least two points apart, east and north [m]."""
+        """Draw the line through points, east and north [m], at least two of them apart."""
         self._points = [points[0]]
         self._shift = (0.0, 0.0)
         self._lengths = [0.0]

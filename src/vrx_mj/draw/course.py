@@ -157,7 +157,7 @@ def nice_length(most: float) -> float:
 
 
 def course_of(world: Parameters) -> Course:
-    """What the task of a world lays out; swimmers and lights also where it has no task."""
+    """Layout of the task of a world; animals, lights and their paths also where it has no task."""
     task, poses = world.task, poses_of(world)
     return Course(
         gates=tuple(_gates(task, poses)),
@@ -171,7 +171,7 @@ def course_of(world: Parameters) -> Course:
 
 
 def symbols_of(world: Parameters) -> dict[str, str]:
-    """What every placard of a world shows, by its name: what the task makes it show, or what it shows by itself."""
+    """Symbol of every placard of a world, by name: the one that the task makes it show, or its own."""
     wanted = {bay.placard: bay.symbol for bay in tasks.parts_of(world.task, tasks.Bay)}
     return {placard.name: wanted.get(placard.name, placard.symbol) for placard in world.placards}
 

@@ -295,7 +295,7 @@ def ask(
 
 
 def ask_ahead(job: str, calls: Iterable[Sequence[object]], about: str) -> None:
-    """Have some calls of a function that reads no file answered by one question: `ask` has their answers then.
+    """Ask for several calls of a function that reads no file in one question: `ask` has their answers then.
 
     If they take too much together there are none, and each is asked for by itself.
     """

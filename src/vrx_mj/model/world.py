@@ -303,7 +303,7 @@ def format_of(text: bytes) -> object:
 
 
 def other_physics(version: object) -> str | None:
-    """What to say of a run of another version of the physics than this one; None of this one."""
+    """Remark on a run of another version of the physics than this one; None for this one."""
     if version == PHYSICS_VERSION:
         return None
     return f"of physics version {version}, and this is {PHYSICS_VERSION}: equal runs differ"

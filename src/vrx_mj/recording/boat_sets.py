@@ -38,7 +38,7 @@ class BoatSet:
 
     @cached_property
     def world(self) -> World:
-        """Its world, in memory: nothing of it is written to disk.
+        """World of the boat set, in memory: nothing of it is written to disk.
 
         Raises:
             StateError: the recording holds no world, or it is damaged or of another version.

@@ -72,7 +72,7 @@ def sea_axes() -> FloatArray:
 
 
 def plan_eye(scene: RecordScene, track: FloatArray | None = None) -> tuple[FloatArray, float]:
-    """What the plan's eye is over (2,) [m], and its height [m]: figures of the weather have room over a track."""
+    """Place (2,) [m] and height [m] of the plan's eye: figures of the weather have room over a track."""
     middle, radius = _plan_circle(scene, track)
     half = (radius + PLAN_MARGIN) / (1.0 if track is None else 1.0 - PLAN_LINE * len(scene.weather()))
     return middle + (half - radius - PLAN_MARGIN) * east_and_north(scene)[1], half / PLAN_SLOPE
@@ -148,7 +148,7 @@ class Corner(NamedTuple):
 
 
 def _corners_of(scene: RecordScene) -> tuple[Corner, Corner]:
-    """Those of the sea's view, in units of the distance of its eye, and of the plan, in units of half its height."""
+    """Corners of the sea's view, in units of the distance of its eye, and of the plan, in units of half its height."""
     plan = np.hstack([east_and_north(scene), np.zeros((2, 1))])
     return (
         Corner(f"{FLEET}/weather", sea_axes()[:2], -0.56, -0.56, 0.2, 0.11, 0.16, 0.035),
@@ -157,7 +157,7 @@ def _corners_of(scene: RecordScene) -> tuple[Corner, Corner]:
 
 
 def _flows(scene: RecordScene, rows: FloatArray) -> dict[str, ComplexArray]:
-    """What there is at (n, columns) rows: speed [m/s] or significant height [m] along x + i y, (n,)."""
+    """Flows of the weather at (n, columns) rows: speed [m/s] or significant height [m] along x + i y, (n,)."""
     turned = np.exp(1j * rows[:, scene.layout().wind_angle].sum(axis=1))
     found = {"wind": rows[:, 1] * turned * complex(*scene.parameters.wind.direction)}
     if (sea := scene.parameters.sea).waves:
@@ -171,7 +171,7 @@ def _flows(scene: RecordScene, rows: FloatArray) -> dict[str, ComplexArray]:
 
 
 def _figures(scene: RecordScene, name: str, flow: ComplexArray) -> list[str]:
-    """What a flow (n,) is, in words."""
+    """Texts for the values of a flow (n,)."""
     text, turned = _ARROW_TEXTS[name][1], scene.parameters.x_from_east
     bearings = np.round(compass(np.angle(-flow if " from " in text else flow) + turned)) % 360.0
     return [text.format(*pair, scene.parameters.sea.period) for pair in zip(np.abs(flow), bearings, strict=True)]

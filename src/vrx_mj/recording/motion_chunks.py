@@ -441,7 +441,7 @@ def _boxes(sensor: RecordedSensor, part: Part) -> Chunk:
 def _points(
     path: str, ends: tuple[float, float], time: FloatArray, met: Sequence[Any], kept: Iterable[rr.ComponentColumn]
 ) -> Chunk:
-    """What a lidar of a range with these ends [m] met, as points in its own frame, beside what is `kept` of it."""
+    """Chunk of points that a lidar of a range with these ends [m] met, in its own frame, beside what is `kept`."""
     clouds = [_scan_points(one) if isinstance(one, Scan) else one.points for one in met]
     every, counts = np.concatenate(clouds), [len(cloud) for cloud in clouds]
     colors = _range_colors(np.linalg.norm(every, axis=1), *ends)

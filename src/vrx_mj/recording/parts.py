@@ -94,7 +94,7 @@ class Part:
         return sum(cell.nbytes if isinstance(cell, np.ndarray) else len(cell) for cell in cells)
 
     def only(self, columns: Sequence[str]) -> Part:
-        """It with some of its columns."""
+        """The part with some of its columns."""
         return Part(self.entity, self.static, {name: self.columns[name] for name in columns if name in self.columns})
 
     def texts(self, name: str) -> list[str]:
@@ -315,7 +315,7 @@ def copy_without_views(file: Path, target: Path) -> None:
 
 
 def _found_in(file: Path, source: Path, function: str, *arguments: object, returns: type[_Found]) -> _Found:
-    """What the parser finds in `source`, which messages call `file`.
+    """Result of a function of the parser for `source`, which messages call `file`.
 
     Raises:
         RecordError: it does not begin as rerun's files do, or the parser did not finish.

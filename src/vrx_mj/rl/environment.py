@@ -379,7 +379,7 @@ class Environment:
         return {name: values.copy() for name, values in self.problem.facts().items()}
 
     def observe(self) -> Floats32:
-        """What all boats observe now, (n, boats, features)."""
+        """Observations of all boats now, (n, boats, features)."""
         return self._observe(self.team())
 
     def team(self) -> Team:

@@ -115,7 +115,7 @@ def check_picture(mode: object, modes: Sequence[str], width: object, height: obj
 
 
 def reset_options(options: object, *known: str) -> Mapping[str, Any]:
-    """What `reset` was given.
+    """Options given to `reset`, checked.
 
     Raises:
         gymnasium.error.Error: it is not a mapping.

@@ -229,7 +229,7 @@ class Ros2File(BagFile):
 
 
 def _widen(file: BinaryIO) -> None:
-    """Have the bag's first record be as long as `rosbag` makes it, which writes it anew when it mends a bag."""
+    """Make the bag's first record as long as `rosbag` has it, which writes it anew when it mends a bag."""
     file.seek(_HEAD_PADDING)
     file.write(struct.pack("<I", _HEAD_SIZE))
 
@@ -263,7 +263,7 @@ def _ros2_name(type_name: str) -> str:
 
 
 def _ros2_message(message: Message, type_name: str) -> Message:
-    """What a message of the table is in ROS 2 where its type has other fields there."""
+    """Message of the table as ROS 2 has it where its type has other fields there."""
     its_type, convert = CONVERSIONS.get(type_name, ("", None))
     return convert(message) if convert and its_type == type_name else message
 
@@ -361,7 +361,7 @@ class Bag:
 
     @property
     def traffic(self) -> Traffic:
-        """What was written."""
+        """Traffic of the bag: the bytes written."""
         return Traffic(0, self._size, 0)
 
     def close(self) -> None:

@@ -106,7 +106,7 @@ class Service:
     """Dialects that have this service."""
 
     def answer(self, request: Message) -> Message:
-        """Do what is asked; the response."""
+        """Carry out a request; returns the response."""
         return self._response(True, "done", self.do(request) or {})
 
     def failure(self, why: str) -> Message | None:
@@ -202,7 +202,7 @@ def dialect_of(transport: Transport) -> Dialect:
 
 
 def publishers_of(transport: Transport, topic: str) -> Sequence[str]:
-    """Who publishes a topic on a transport now: what its method `publishers` gives; without one, as a bag, nobody."""
+    """Publishers of a topic on a transport now, from its method `publishers`; none without one, as in a bag."""
     ask: Callable[[str], Sequence[str]] | None = getattr(transport, "publishers", None)
     return ask(topic) if ask else ()
 

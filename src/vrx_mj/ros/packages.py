@@ -95,7 +95,7 @@ PACKAGE_NAMES = (*PACKAGES, "wamv_gazebo", "wamv_description", "gazebo_ros", "te
 
 
 class Written(NamedTuple):
-    """What was written."""
+    """Packages that were written or not, and how a shell finds them."""
 
     packages: tuple[str, ...]
     left_out: Mapping[str, str]
@@ -323,7 +323,7 @@ def hide_twins(top: Path) -> None:
 
 
 def listed_files(file: Path, folders: Collection[str]) -> Mapping[str, str]:
-    """What an earlier call wrote by its list, with sha256: files in some folders.
+    """Files in some folders that an earlier call wrote, by its list, with their sha256.
 
     Raises:
         VrxError: it is no such list.
@@ -381,7 +381,7 @@ def _links(over: Path, made: Mapping[str, bytes]) -> dict[str, Path]:
 
 
 def _lacking(folder: Path, name: str, made: Mapping[str, bytes]) -> Iterator[tuple[str, Path]]:
-    """What is in a folder of a package and not in ours, but for programs of which ours has one of the name."""
+    """Entries of a package's folder that ours lacks, but for programs of which ours has one of the name."""
     programs = NODES.get(name.partition("/")[0], {})
     for entry in sorted(folder.iterdir()):
         own = f"{name}/{entry.name}"

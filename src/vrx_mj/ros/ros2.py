@@ -135,7 +135,7 @@ _Entry = TypeVar("_Entry", Output, Input, Service)
 
 
 class _Held(NamedTuple, Generic[_Entry]):
-    """What of the table is offered, and rclpy's publisher, subscription or service for it."""
+    """Entry of the table that is offered, and rclpy's publisher, subscription or service for it."""
 
     entry: _Entry
     handle: Handle
@@ -322,7 +322,7 @@ def _match(
     held: dict[str, _Held[_Entry]], entries: Mapping[str, _Entry], destroy: Callable[[Handle], object],
     create: Callable[[_Entry], Handle | None],
 ) -> None:  # fmt: skip
-    """Have what entries of the table need, where ROS 2 here has its messages, and nothing else."""
+    """Create and destroy so that each entry of the table whose messages ROS 2 has here is offered, and nothing else."""
     for name, (entry, handle) in list(held.items()):
         other = entries.get(name)
         latched = getattr(entry, "latched", None), getattr(other, "latched", None)
@@ -336,7 +336,7 @@ def _match(
 
 
 def _nothing(_raw: bytes) -> None:
-    """What an executor would call."""
+    """Do nothing in the place of a callback, which only an executor would call."""
 
 
 _logger = logging.getLogger(__name__)

@@ -77,7 +77,7 @@ def nmea_topics(boat: str) -> tuple[str, str]:
 
 
 def nmea_outputs(instruments: Instruments, boat: str) -> Iterator[Output]:
-    """These topics, a message for each sentence."""
+    """Topics of a boat's instruments and AIS receiver, a message for each sentence."""
     made = (instruments.sentences, RATE), (instruments.reports, 1.0 / PERIOD)
     for name, (ask, rate) in zip(nmea_topics(boat), made, strict=True):
         yield Output(name, SENTENCE_TYPE, partial(_messages, ask, boat), rate, dialects=BOTH, recorded="nowhere")
@@ -397,7 +397,7 @@ class _Loop:
         self._is_behind = False
 
     def run(self, ending: threading.Event, status: Callable[[str], None], report: Report) -> None:
-        """Until the end."""
+        """Serve until `ending` is set or the run is over."""
         server = self._server
         server.announce()
         if not (self._free or server.paused):
@@ -488,7 +488,7 @@ def _transports(network: Network, inbox: Inbox, wanted: Wanted, ending: threadin
 
 @contextlib.contextmanager
 def _open(transports: Sequence[Transport]) -> Iterator[list[str]]:
-    """All of them, or none."""
+    """Start all transports, or none; yields the lines that they print."""
     with contextlib.ExitStack() as stack:
         lines: list[str] = []
         for transport in transports:

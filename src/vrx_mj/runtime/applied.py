@@ -130,7 +130,7 @@ class AppliedForces:
         return asked
 
     def _generalized_force(self, force: AppliedForce) -> FloatArray:
-        """Its force on MuJoCo's degrees of freedom, (nv,)."""
+        """A force as one on MuJoCo's degrees of freedom, (nv,)."""
         model, push = self._sim.model, np.zeros(self._sim.model.nv)
         if force.joint:
             push[model.jnt_dofadr[model.joint(force.joint).id]] = force.values[0]

@@ -26,7 +26,7 @@ _ALL_LOCKS: "weakref.WeakSet[RunLock]" = weakref.WeakSet()
 
 
 class RunLock:
-    """Whose turn it is with a run."""
+    """Lock of a run: which thread may use it now."""
 
     __slots__ = ("__weakref__", "boats_lock", "claim", "lock", "what")
 

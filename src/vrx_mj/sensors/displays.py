@@ -49,7 +49,7 @@ class Display:
     """Where its marks are among those of all displays."""
 
     def codes(self, marks: FloatArray, time: FloatArray) -> IntArray:
-        """What it shows (n,), as a number, by rows of all displays' marks (n, m) at times (n,) [s]."""
+        """Numbers of what it shows (n,), by rows of all displays' marks (n, m) at times (n,) [s]."""
         own = marks[:, self.marks]
         return _light_codes(own, time) if self.kind == "light" else own[:, 0].astype(np.int64)
 

@@ -37,7 +37,7 @@ class TaskKind:
 
     @property
     def meaning(self) -> str:
-        """What the score is, its unit and which scores are better, in a line."""
+        """The score, its unit and which scores are better, in a line."""
         unit = "" if self.unit == "points" else f", in {self.unit}"
         return f"{self.score}{unit}; {self.better} is better"
 

@@ -51,7 +51,7 @@ def score_text(phase: str, score: float | None, unit: str = "") -> str:
 
 @dataclass
 class TaskStatus:
-    """What every task has, as VRX's `/vrx/task/info` has it. Times are simulated, from the world's start [s]."""
+    """Status that every task has, as in VRX's `/vrx/task/info`. Times are simulated, from the world's start [s]."""
 
     ready_time: float
     """When the task becomes ready."""
@@ -177,7 +177,7 @@ def frame_stride(timestep: float) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Release:
-    """Let go of the boat."""
+    """Release the boat."""
 
     boat: str
 
@@ -193,7 +193,7 @@ class PlaceObject:
 
 @dataclass(frozen=True, slots=True)
 class LightUp:
-    """Have a light buoy show three colours in turn, from a second later on."""
+    """Make a light buoy show three colours in turn, from a second later on."""
 
     name: str
     colors: tuple[str, str, str]
@@ -201,7 +201,7 @@ class LightUp:
 
 @dataclass(frozen=True, slots=True)
 class ShowSymbol:
-    """Have a placard show a symbol."""
+    """Make a placard show a symbol."""
 
     placard: str
     symbol: str
@@ -238,7 +238,7 @@ class RunningMean:
 
     @property
     def outputs(self) -> "Outputs":
-        """What a team sees of the errors: nothing before the first frame."""
+        """Errors that a team observes; empty before the first frame."""
         return {"pose_error": self.error, "mean_pose_error": self.mean} if self.frames else {}
 
     def add(self, error: float) -> float:
@@ -360,7 +360,7 @@ class Referee:
 
     @property
     def info(self) -> dict[str, object]:
-        """What VRX's `/vrx/task/info` has: phase, times [s], collisions and score; and which boat has the task."""
+        """Content of VRX's `/vrx/task/info`: phase, times [s], collisions and score; and which boat has the task."""
         return {"type": self.type, "name": self.name, "boat": self.boat, **self.status.info()}
 
     @property
@@ -420,7 +420,7 @@ class Referee:
         self._enter("finished")
 
     def act(self, action: Action) -> None:
-        """Do something to the world, at this frame."""
+        """Order an action on the world, at this frame."""
         self._actions.append(action)
 
     def log(self, text: str, level: str = "INFO") -> None:

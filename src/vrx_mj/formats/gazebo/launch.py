@@ -216,7 +216,7 @@ class _Run:
         return catalogue("objects")
 
     def result(self) -> Launch:
-        """What they start."""
+        """World, boats and objects that the files start, with the report on the rest."""
         self.report.settle()
         joins = self.launch.world is not None
         fate: Fate = "imported" if joins else "ignored"
@@ -246,7 +246,7 @@ class _Run:
         return {arg.attributes.get("name", "") for arg in _declarations(root)}
 
     def take_children(self, parent: Element, scope: _Scope) -> None:
-        """Do what the elements in one say that makes a scope. Elements count as notes."""
+        """Carry out the elements in one that makes a scope. Elements count as notes."""
         outer, self.scope = self.scope, scope
         for element in parent.children:
             spend(element.place.file.name)

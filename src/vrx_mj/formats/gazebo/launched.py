@@ -348,7 +348,7 @@ def is_tool(name: str) -> bool:
 
 
 def instead_of(name: str, given: Arguments) -> str:
-    """What to type instead of one of VRX's launch files that open no world here, with its arguments."""
+    """Message on one of VRX's launch files that open no world here: the command to type instead, with its arguments."""
     tool = {"command": "", "options": {}, "reason": "", **_TOOLS[name]}
     command = " ".join([tool["command"], *_words(tool["options"], given)])
     return "; ".join(filter(None, ("opens no world here", tool["reason"], tool["command"] and f"type: {command}")))

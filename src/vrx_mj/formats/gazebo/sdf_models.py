@@ -160,7 +160,7 @@ class Frames:
         return self.found[name]
 
     def place_by(self, model: str, name: str) -> None:
-        """Let the pose of a model be that of a frame in it, its placement frame."""
+        """Take the pose of a model for that of a frame in it, its placement frame, and move the model accordingly."""
         above, given = self.given[model]
         own, inner = self.find(name, given), IDENTITY
         seen = set[str]()

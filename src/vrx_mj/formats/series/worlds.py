@@ -296,7 +296,7 @@ def _lines(calls: Sequence[Call]) -> dict[_Made, list[Line]]:
 
 
 def _expanded_around(series: Series, number: int, lines: Mapping[_Made, list[Line]]) -> dict[_Made, Sequence[Element]]:
-    """What the calls of a world make, and those of others at once, unless one of these is wrong."""
+    """Elements that the calls of a world make, with those of other worlds at once unless one of these is wrong."""
     around = dict(lines)
     with ignore_warnings():
         for call in calls_around(series, number):

@@ -57,7 +57,7 @@ def own_packages() -> dict[str, Path]:
 
 
 class Files:
-    """What a file may reach.
+    """Packages and folders that a file may reach.
 
     A package is first looked for in `packages` and above the file, then in `package_paths` and beside the file, then
     in the workspace of the file, at last in `spare`.
@@ -225,7 +225,7 @@ def arguments(file: Path) -> dict[str, str]:
 
 
 def _expand(file: Path, arguments: Arguments, paths: Sequence[Path], libraries: Collection[str] = ()) -> Expanded:
-    """What a file expands to; a package that it names in another file, or by an expression, takes one more attempt."""
+    """Expand a file; a package that it names in another file, or by an expression, takes one more attempt."""
     if not file.is_file():
         raise file_error(file, "no such file")
     given = {str(name): str(value) for name, value in arguments.items()}

@@ -123,7 +123,7 @@ def expand(known: Sequence[str] | None, *given: Any) -> Expanded:
 
 
 def evaluate(texts: Sequence[tuple[str, Mapping[str, float]]]) -> tuple[Result, ...]:
-    """What texts with `${...}` come to, each with some names; others are those of `math` and functions of Python."""
+    """Values of texts with `${...}`, each with names of its own; others are those of `math` and functions of Python."""
     package: Any = xacro
     package.warning = package.error = package.message = package.print_location = _nothing
     symbols = _symbols()
@@ -141,7 +141,7 @@ def _result(text: str, names: Mapping[str, object]) -> Result:
 
 
 def evaluate_argument(expression: str, arguments: Mapping[str, str], packages: Mapping[str, str], folder: str) -> str:
-    """What `$(eval ...)` of a launch file comes to, in a folder. Raises VrxError."""
+    """Value of `$(eval ...)` in a launch file in a folder. Raises VrxError."""
     inner: Any = substitution_args
     inner._eval_dict["find"] = lambda name: _package_folder(name, packages)
     try:
@@ -217,7 +217,7 @@ class Expansion:
         inner._eval_find = inner._eval_dict["find"] = self._find
 
     def result(self, known: Sequence[str] | None) -> Expanded:
-        """What the file expands to. Raises ConfigError."""
+        """Result of expanding the file. Raises ConfigError."""
         try:
             document = self._parse(None, self.file)
             if self.macros:
@@ -267,7 +267,7 @@ class Expansion:
         return filename == self.macros or ours == [True, False]
 
     def _preload(self, document: Any) -> None:
-        """Have the macros at hand before the first element."""
+        """Include the macros before the first element."""
         root = document.documentElement
         include = document.createElement("xacro:include")
         include.setAttribute("filename", self.macros)
@@ -341,7 +341,7 @@ def _symbols() -> Any:
 
 
 def _nothing(*_: object, **__: object) -> None:
-    """What is printed for people at a terminal is left out."""
+    """Drop a text that is printed for people at a terminal."""
 
 
 def _unread(filename: str, error: ReadingError) -> str:
@@ -410,7 +410,7 @@ def _beside(cause: BaseException) -> str:
 
 
 def _message(cause: BaseException, trail: "_Trail") -> str:
-    """What is wrong, in the words of Python or xacro."""
+    """Message about an error, in the words of Python or xacro."""
     if (unknown := _unknown_argument(cause)) is not None:
         return str(UnknownNameError("argument", *unknown.args))
     if isinstance(cause, MemoryError):
@@ -436,7 +436,7 @@ def _message(cause: BaseException, trail: "_Trail") -> str:
 
 
 class _Trail:
-    """What the frames of the package's functions held when an error came: where in the files it was."""
+    """Where in the files an error came, by the frames of the package's functions."""
 
     def __init__(self, error: BaseException, macros: str = "") -> None:
         self.library = macros

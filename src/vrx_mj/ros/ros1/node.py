@@ -348,7 +348,7 @@ class Node(Wire):
                 self.registration_changed(kind, name)
 
     def _publish(self, name: str) -> None:
-        """Have a topic that nodes of this process publish, and no other."""
+        """Open or close the publication of a topic, as nodes of this process publish it or not."""
         type_name, latched = self.graph.local_type("publisher", name), self.graph.is_latched(name)
         held = self.publications.get(name)
         if held is not None and (held.type, held.latched) != (type_name, latched):
@@ -360,7 +360,7 @@ class Node(Wire):
             )
 
     def _listen(self, name: str) -> None:
-        """Have a topic that nodes of this process listen to, and no other."""
+        """Open or close the subscription of a topic, as nodes of this process listen to it or not."""
         type_name = self.graph.local_type("subscriber", name)
         held = self.subscriptions.get(name)
         if held is not None and held.type != type_name:
@@ -379,7 +379,7 @@ class Node(Wire):
             self.subscriptions[name].update(self.graph.registrations.apis("publisher", name))
 
     def _provide(self, name: str) -> None:
-        """Have a service that a node of this process provides, and no other."""
+        """Open or close a service, as a node of this process provides it or not."""
         service, held = self.graph.services.get(name), self.provided.get(name)
         if held is not None and held.service != service:
             self.provided.pop(name).close()
@@ -419,7 +419,7 @@ class Node(Wire):
         return wished
 
     async def _serve(self, peer: Peer) -> None:
-        """Whoever has connected wants to subscribe or to call."""
+        """Serve a connection of who wants to subscribe to a topic or to call a service."""
         async with asyncio.timeout(HEADER_TIMEOUT):
             header = decode_header(await peer.frame(LARGEST_HEADER))
         try:
@@ -478,7 +478,7 @@ class Ros1:
     """The wire, from any thread."""
 
     def __init__(self, graph: Graph, *, master_uri: str | None = None, host: str = "127.0.0.1") -> None:
-        """Nothing is opened yet."""
+        """Prepare the wire; nothing is opened yet."""
         self.master_uri = (master_uri or os.environ.get("ROS_MASTER_URI") or DEFAULT_MASTER).rstrip("/")
         self.on_shutdown: Callable[[str], None] | None = None
         """Called by the network's thread with the reason when `rosnode kill` or the master ends our node."""

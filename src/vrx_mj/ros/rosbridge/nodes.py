@@ -122,7 +122,7 @@ class Rosapi:
                 self._services.build_in(f"/rosapi/{name}", f"rosapi/{type_name}", answer)
 
     def _answer(self, method: Callable[..., object], asked: object) -> object:
-        """What a method gives, whose parameters are the request's fields; a request may also be a list of these.
+        """Answer of a method whose parameters are the request's fields; a request may also be a list of these.
 
         An answer about parameters of this process is made at once: that is time of the client.
         """

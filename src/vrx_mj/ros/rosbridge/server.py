@@ -307,7 +307,7 @@ class Client:
         self._publish_on(name, type_name, flag(message, "latch", False))
 
     def _publish_on(self, name: str, type_name: str, latch: bool) -> None:
-        """Be a publisher of a topic; CommandError: it has another type."""
+        """Become a publisher of a topic; CommandError: it has another type."""
         if name not in self._topics:
             self._hub.topics.check(name, type_name)
             self._hub.graph.register("publisher", name, node_name(self.number), type_name, latched=latch)

@@ -223,7 +223,7 @@ class Services:
         self._numbers = itertools.count(1)
 
     def build_in(self, name: str, type_name: str, answer: Callable[[object], object]) -> None:
-        """Have a service that takes and gives what JSON holds, or something to wait for that does."""
+        """Provide a service that takes and gives what JSON holds, or something to wait for that does."""
         self.built_in[name] = answer
         only_here = "only clients of rosbridge can call rosapi"
         self._graph.provide(name, Service(self._graph.node, type_name, lambda *call: call[-1](None, only_here)))
@@ -320,7 +320,7 @@ class Services:
         return offered + sum(caller is client for caller in self._tasks.values())
 
     def _begin(self, work: Coroutine[object, None, None], caller: Caller | None = None) -> None:
-        """Do what waits for an answer."""
+        """Begin work that waits for an answer, as a task of its caller."""
         task: asyncio.Task[None] = asyncio.create_task(work)
         self._tasks[task] = caller
         task.add_done_callback(self._tasks.pop)

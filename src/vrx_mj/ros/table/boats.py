@@ -202,7 +202,7 @@ class Spin(NamedTuple):
     """Torque [N m]."""
 
     def after(self, time: float, command: float) -> "Spin":
-        """After some time [s] under a share of full power.
+        """The spin after some time [s] under a share of full power.
 
         VRX drives the shaft by 2 N m at full power, beyond a tenth of it; its joint has a damping of 0.05 N m s, a
         friction of 0.05 N m and at most 100 rad/s, and the propeller 0.008545 kg m2. Nothing is pushed by that.
@@ -398,7 +398,7 @@ Source = Literal["truth", "navigator"]
 
 
 class Localization:
-    """One boat's. Its frame `BOAT/odom` is east-north-up at the world's origin, until it is given another datum."""
+    """Localization of a boat. `BOAT/odom` is east-north-up at the world's origin, until it is given another datum."""
 
     def __init__(self, host: Host, boat: str, source: Source) -> None:
         """CommandError: the boat has no GPS or no inertial unit, and is to be found by these."""

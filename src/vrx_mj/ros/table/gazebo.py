@@ -63,7 +63,7 @@ def gz_services(host: Host) -> Iterator[Service]:
 
 
 def _create(host: Host, asked: Message) -> None:
-    """What a text of SDF or URDF describes; files and clones of this machine are not for a network."""
+    """Spawn what a text of SDF or URDF describes; files and clones of this machine are not for a network."""
     if not asked.name or not asked.sdf:
         raise CommandError("entity_factory: name and sdf are needed; sdf_filename and clone_name are not supported")
     numbers = (f"_{number}" for number in itertools.count(1))
@@ -266,7 +266,7 @@ def _axis(host: Host, name: str) -> str:
 
 
 def _span(asked: Message) -> tuple[float, float]:
-    """When a force begins and ends [s]; one of a negative duration does not end."""
+    """Times at which a force begins and ends [s]; one of a negative duration does not end."""
     begins, duration = (one.sec + 1e-9 * one.nanosec for one in (asked.start_time, asked.duration))
     return begins, begins + duration if duration >= 0.0 else math.inf
 
@@ -275,7 +275,7 @@ def _span(asked: Message) -> tuple[float, float]:
 
 
 def _physics(host: Host) -> dict[str, object]:
-    """What GetPhysicsProperties and SetPhysicsProperties have both; ODE is not there."""
+    """Fields that GetPhysicsProperties and SetPhysicsProperties have both; ODE is not there."""
     gravity = kind("geometry_msgs/Vector3")(*host.sim.model.opt.gravity.tolist())
     ode = new("gazebo_msgs/ODEPhysics")
     return {

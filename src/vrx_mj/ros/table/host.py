@@ -352,7 +352,7 @@ class Host(Protocol):
 
     @property
     def observation(self) -> Observation:
-        """What boats see at the present moment, made once for it."""
+        """Observation of the boats at the present moment, made once for it."""
 
     @property
     def pace(self) -> float:
@@ -372,7 +372,7 @@ class Host(Protocol):
         """Command thrusters, as `Simulation.command`."""
 
     def push(self, boat: str, thruster: str, force: float) -> None:
-        """Have a thruster push with a force [N] until its next command, as VRX 3's do."""
+        """Command a thruster to push with a force [N] until its next command, as VRX 3's do."""
 
     def spawn(self, name: str, urdf: str, pose: Sequence[float]) -> None:
         """Put a boat of this URDF into the world, at (x, y, z, roll, pitch, yaw) [m, rad, ENU]."""
@@ -384,7 +384,7 @@ class Host(Protocol):
         """Take a boat, an object or a dock out of it."""
 
     def note_move(self) -> None:
-        """Something was put somewhere."""
+        """Take note that something was put somewhere."""
 
     def reset_world(self) -> None:
         """Put everything back where it started; time goes on."""

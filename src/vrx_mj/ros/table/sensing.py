@@ -185,7 +185,7 @@ def _pixels(reading: Reading, rows: npt.NDArray[np.generic], encoding: str) -> M
 
 
 def _detections(reading: Reading) -> Message | None:
-    """What a camera sees; the number in a detection's header is that of its pixels in the mask."""
+    """Things that a camera sees; the number in a detection's header is that of its pixels in the mask."""
     labels, found = reading.data.labels, []
     for one in labels.objects if labels else ():
         x, y, width, height = one.box
@@ -255,7 +255,7 @@ def _cloud_message(reading: Reading, rows: npt.NDArray[np.void]) -> Message:
 
 
 def _vrx3_lidar(_host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]:
-    """What gz sim makes of a lidar that measures points: a row for each ring, and a planar scan of one of them."""
+    """Outputs of gz sim for a lidar that measures points: a row for each ring, and a planar scan of one of them."""
     config, key = sensor.config, (sensor.boat, sensor.name)
 
     def points(reading: Reading) -> Message:
