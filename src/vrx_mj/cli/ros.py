@@ -284,10 +284,10 @@ def _compile_and_serve(
 
             load_rclpy()
         from vrx_mj.ros.network import checked_origins
-        from vrx_mj.ros.serve import Wanted
+        from vrx_mj.ros.serve import ServeOptions
         from vrx_mj.ros.serve import serve as run
 
-        services = Wanted(**wanted | {"origins": checked_origins(wanted["origins"])})
+        services = ServeOptions(**wanted | {"origins": checked_origins(wanted["origins"])})
     from vrx_mj.cli.sailing import recording
     from vrx_mj.runtime.simulation import Simulation
 

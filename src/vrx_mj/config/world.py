@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field, Tag, field_validator, model_validat
 from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.config.base import Config, Fault, Faults, FromFile, InFolder, Only, duplicate_names
-from vrx_mj.config.docks import DockPlacement, Placed
+from vrx_mj.config.docks import DockPlacement, PosedEntry
 from vrx_mj.config.kinds import CLASSIC, DEFAULT, MARINE, Profile, on_its_profile
 from vrx_mj.config.loading import Loading, Source, check, document, loads, validate
 from vrx_mj.config.objects import FieldConfig, Placement
@@ -270,7 +270,7 @@ class WorldConfig(FromFile):
             yield ("current",), "a current"
 
     @property
-    def placements(self) -> tuple[Placed, ...]:
+    def placements(self) -> tuple[PosedEntry, ...]:
         """Objects and docks of the world."""
         return (*self.objects, *self.docks)
 

@@ -310,7 +310,7 @@ def true_estimate(boat: "BoatObservation") -> Estimate:
     return Estimate(x, y, z, _heading(turned), vx, vy, turn, turned)
 
 
-class Located(NamedTuple):
+class Odometry(NamedTuple):
     """Where a boat's `base_link` is and how it moves."""
 
     position: FloatArray
@@ -327,9 +327,9 @@ class Located(NamedTuple):
     """Covariance (6, 6) of velocity and spin, along and about the body's axes."""
 
 
-def truly_located(boat: "BoatObservation") -> Located:
+def true_odometry(boat: "BoatObservation") -> Odometry:
     """Where a boat really is."""
-    return Located(boat.position, rotation_matrix(boat.quaternion), boat.velocity, boat.angular_velocity)
+    return Odometry(boat.position, rotation_matrix(boat.quaternion), boat.velocity, boat.angular_velocity)
 
 
 class Localizer:
@@ -349,7 +349,7 @@ class Localizer:
         self.fixed = -np.inf, np.zeros(3), _NO_COVARIANCE
         """Time of the last fix, the place of `base_link` by it alone [m], and its covariance, in the world's axes."""
 
-    def __call__(self, boat: "BoatObservation", t: float) -> Located:
+    def __call__(self, boat: "BoatObservation", t: float) -> Odometry:
         """Where the boat is at the time `t` [s]."""
         fix, inertia = boat.sensors[self._gps.name], boat.sensors[self._imu.name]
         if inertia.time != self._turned:
@@ -362,7 +362,7 @@ class Localizer:
         place = self._spread + self._drift + age**2 * unsteady
         motion = turned.T @ (unsteady + _lever(self._velocity, slanted)) @ turned
         position, velocity = self._position + age * self._velocity, turned.T @ self._velocity
-        return Located(position, turned, velocity, self._spin, _joint(place, slanted), _joint(motion, unsure))
+        return Odometry(position, turned, velocity, self._spin, _joint(place, slanted), _joint(motion, unsure))
 
     def _feel(self, reading: "Reading") -> None:
         """See how the boat shakes."""

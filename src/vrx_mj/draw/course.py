@@ -250,7 +250,7 @@ def _beacons(task: tasks.Task | None, poses: Mapping[str, Pose]) -> Iterator[Bea
 
 
 def _showings(task: tasks.Task | None, poses: Mapping[str, Pose]) -> Iterator[Showing]:
-    for item in tasks.parts_of(task, tasks.Shown):
+    for item in tasks.parts_of(task, tasks.ShownObject):
         assert task is not None
         x, y, *_ = ahead_of(poses[task.boat], item.pose)
         yield Showing(item.name, item.type, x, y, item.time, item.time + item.duration)

@@ -102,7 +102,7 @@ class Channel:
 
 
 @record
-class Shown:
+class ShownObject:
     """An object that appears in front of the boat for a while."""
 
     time: NonNegative
@@ -200,7 +200,7 @@ class Perception(TaskBase):
     """Report objects that show up."""
 
     type: Literal["perception"]
-    objects: Annotated[tuple[Shown, ...], Field(max_length=_MAX_COUNT)]
+    objects: Annotated[tuple[ShownObject, ...], Field(max_length=_MAX_COUNT)]
     """The objects."""
     loop_forever: bool
     """Whether they show up again."""

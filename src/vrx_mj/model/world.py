@@ -310,13 +310,13 @@ def other_physics(version: object) -> str | None:
 
 
 @dataclass(frozen=True)
-class _Versioned:
+class _SavedVersion:
     """Any version of the saved form."""
 
     format: Any
 
 
-_VERSIONED = TypeAdapter(_Versioned)
+_VERSIONED = TypeAdapter(_SavedVersion)
 
 
 def _each_once(pairs: list[tuple[str, object]]) -> dict[str, object]:

@@ -213,7 +213,7 @@ class BoatSetHead:
     """Names of the files of the saved world."""
 
 
-Sent = list[tuple[int, list[tuple[str, Any]]]]
+SentMessages = list[tuple[int, list[tuple[str, Any]]]]
 """Numbers of frames, and topic and content of what was sent with each."""
 _Schema = TypeVar("_Schema")
 

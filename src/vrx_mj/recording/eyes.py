@@ -13,7 +13,7 @@ from vrx_mj.draw.course import Course, course_of
 from vrx_mj.draw.style import CURRENT_COLOR, WAVE_COLOR, WIND_COLOR
 from vrx_mj.frames import compass
 from vrx_mj.recording.record_scene import RecordScene
-from vrx_mj.recording.timeline import Held, Ticker, arrow_strips, changes, name_points, numbers, static, thin_lines
+from vrx_mj.recording.timeline import Deadband, Ticker, arrow_strips, changes, name_points, numbers, static, thin_lines
 
 FLEET, PLANNED, PLAN = "/world/fleet", "/world/fleet/plan", "/world/plan"
 """Entities: in the middle of what the camera follows, what a plan follows there, and one that frames a track."""
@@ -230,7 +230,7 @@ def plan_chunks(scene: RecordScene, track: FloatArray, parts: Sequence[Places]) 
     columns = [[own.get(boat, np.full((len(time), 2), np.nan)) for time, own in parts] for boat in boats]
     time, places = np.concatenate([time for time, _ in parts]), np.stack([*map(np.concatenate, columns)], axis=1)
     spots = np.nan_to_num(name_spots(scene, boats, places, middle, height), nan=_HIDDEN_PLACE)
-    taken, spots = Held(1.0 / 512.0, within=1.0 / PLAN_LINES / 3.0)(spots)
+    taken, spots = Deadband(1.0 / 512.0, within=1.0 / PLAN_LINES / 3.0)(spots)
     points = np.insert(spots[taken], 2, 0.0, axis=2).astype(np.float32)
     yield static(f"{PLAN}/names", name_points(labels=boats))
     yield changes(f"{PLAN}/names", time[taken], rr.Points3D, positions=list(points))

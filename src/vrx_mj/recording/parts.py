@@ -264,7 +264,7 @@ def raw_parts(path: Path) -> Iterator[Part]:
 
 
 @dataclass(frozen=True, eq=False)
-class Parsed:
+class ParsedFile:
     """Content of a file that was asked for."""
 
     parts: tuple[Part, ...]
@@ -284,7 +284,7 @@ def allowance(size: int) -> int:
     return _MIN_MEMORY + _MEMORY_RATIO * size
 
 
-def parsed_file(file: Path, columns: Sequence[str], entities: Sequence[str], *, whole: bool = False) -> Parsed:
+def parsed_file(file: Path, columns: Sequence[str], entities: Sequence[str], *, whole: bool = False) -> ParsedFile:
     """Columns of the chunks of some entities; with `whole`, all others were parsed too.
 
     Raises:
@@ -294,10 +294,11 @@ def parsed_file(file: Path, columns: Sequence[str], entities: Sequence[str], *, 
         with _whole_file(file) as source:
             if begins(source, MAGIC):
                 found = (part.only(columns) for part in raw_parts(source) if part.entity in entities)
-                return Parsed(tuple(found), footer=False, views=False)
+                return ParsedFile(tuple(found), footer=False, views=False)
             wanted, answer = (entities, columns, whole), tuple[list[PartData], bool, bool]
             chunks, footer, views = _found_in(file, source, "chunks", *wanted, returns=answer)
-            return Parsed(tuple(Part(*chunk) for chunk in chunks), footer and source == file, views and source == file)
+            parts, is_whole = tuple(Part(*chunk) for chunk in chunks), source == file
+            return ParsedFile(parts, footer and is_whole, views and is_whole)
     except OSError as error:
         raise RecordError(f"cannot read the recording '{file}': {error.strerror or error}") from error
 

@@ -26,7 +26,7 @@ from vrx_mj.recording.boat_sets import (
     MAX_NUMBER,
     BoatSet,
     Head,
-    Sent,
+    SentMessages,
     all_rows,
     head_of,
     joint_layout,
@@ -321,7 +321,7 @@ def read_frames(parts: Sequence[Part], count: int, most: int) -> tuple[RecordedF
     found: list[RecordedFrame] = []
     texts = [text for part in parts for text in part.texts("sent")]
     for (boat_set, rows), text in zip(numbered_blocks(parts, count, most), texts, strict=True):
-        messages = parsed_json(Sent, "sent", text)
+        messages = parsed_json(SentMessages, "sent", text)
         sent = {number: tuple(Message(*one) for one in several) for number, several in messages}
         found += [(boat_set, row, sent.get(number, ())) for number, row in enumerate(rows)]
     return tuple(sorted(found, key=lambda frame: float(frame[1][0])))

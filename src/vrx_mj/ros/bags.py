@@ -25,7 +25,7 @@ from rosbags.typesys import get_types_from_msg
 from vrx_mj.errors import RecordError, UnknownNameError, VrxWarning
 from vrx_mj.outputs import write_files
 from vrx_mj.ros import cdr
-from vrx_mj.ros.interface import CONVERSIONS, LEVELS, LOG, ROSOUT, Inbox, RosInterface, Sent, Traffic, log_message
+from vrx_mj.ros.interface import CONVERSIONS, LEVELS, LOG, ROSOUT, Delivery, Inbox, RosInterface, Traffic, log_message
 from vrx_mj.ros.messages import Message, encode, full_name, full_text, md5sum, new, typestore
 from vrx_mj.ros.parameters import command_topic
 from vrx_mj.ros.ros_server import CLOCK_RATE, RosServer
@@ -324,7 +324,7 @@ class Bag:
         """Topics that are written."""
         return self._wanted
 
-    def publish(self, batch: Sequence[Sent]) -> None:
+    def publish(self, batch: Sequence[Delivery]) -> None:
         """Write messages of one moment.
 
         Raises:

@@ -145,7 +145,7 @@ class RosInterface:
     """Topics and services that only other worlds have, and a text that says what they are."""
 
 
-class Sent(NamedTuple):
+class Delivery(NamedTuple):
     """A message on its way out."""
 
     output: Output
@@ -181,7 +181,7 @@ class Transport(Protocol):
     def subscribed_topics(self) -> frozenset[str]:
         """Names of the outputs that somebody listens to now; only these are made."""
 
-    def publish(self, batch: Sequence[Sent]) -> None:
+    def publish(self, batch: Sequence[Delivery]) -> None:
         """Send messages of one moment to who listens. One that is latched is kept, and sent in any case."""
 
     def log(self, level: str, text: str) -> None:

@@ -94,7 +94,7 @@ PACKAGE_NAMES = (*PACKAGES, "wamv_gazebo", "wamv_description", "gazebo_ros", "te
 """Packages that are written."""
 
 
-class Written(NamedTuple):
+class WrittenPackages(NamedTuple):
     """Packages that were written or not, and how a shell finds them."""
 
     packages: tuple[str, ...]
@@ -106,7 +106,7 @@ class Written(NamedTuple):
     """Lines for a shell."""
 
 
-def write_packages(folder: str | Path) -> Written:
+def write_packages(folder: str | Path) -> WrittenPackages:
     """Write the packages into a folder: `python` has them for Python, `share` as sources for catkin.
 
     What an earlier call wrote there is replaced.
@@ -134,7 +134,7 @@ def write_packages(folder: str | Path) -> Written:
             MESSAGE_LIST,
         )
     hide_twins(top)
-    return Written(
+    return WrittenPackages(
         packages,
         {package: has[package] for package in named if package in has},
         tuple(package for package in others if package not in has),

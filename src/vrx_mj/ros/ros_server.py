@@ -22,12 +22,12 @@ from vrx_mj.ros.diagnosis import Diagnosis
 from vrx_mj.ros.interface import (
     Call,
     Command,
+    Delivery,
     Dialect,
     Inbox,
     Input,
     Output,
     RosInterface,
-    Sent,
     Transport,
     dialect_of,
     publishers_of,
@@ -69,7 +69,7 @@ class Publisher:
         self._table, self._wanted = RosInterface(), frozenset[str]()
         self._read: dict[tuple[str, str], Subscription] = {}
         self._failed: set[tuple[str, str]] = set()
-        self._batch: list[Sent] = []
+        self._batch: list[Delivery] = []
         self._schedule = Schedule()
         self._last: dict[str, tuple[Message, bytes]] = {}
 
@@ -137,7 +137,7 @@ class Publisher:
         def take(reading: Reading) -> None:
             for output in outputs:
                 if output.name in self._wanted and (message := output.make(reading)) is not None:
-                    self._batch.append(Sent(output, message, reading.time))
+                    self._batch.append(Delivery(output, message, reading.time))
 
         self._read[key] = self._sim.subscribe(boat, sensor, take)
 
@@ -158,7 +158,7 @@ class Publisher:
         made = make()
         for message in made if isinstance(made, list) else [] if made is None else [made]:
             if output.rate or self._is_new(output, message):
-                self._batch.append(Sent(output, message, time))
+                self._batch.append(Delivery(output, message, time))
 
 
 class Lockstep:

@@ -18,7 +18,7 @@ from vrx_mj.drive.session import MAX_LAG, Pacer
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.nmea import PERIOD, RATE, Instruments, Sentence
 from vrx_mj.ros.graph import Graph, Server, Wires
-from vrx_mj.ros.interface import BOTH, PACKAGES, Inbox, Output, RosInterface, Sent, Traffic, Transport
+from vrx_mj.ros.interface import BOTH, PACKAGES, Delivery, Inbox, Output, RosInterface, Traffic, Transport
 from vrx_mj.ros.limits import Counts, Outbox
 from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.network import (
@@ -121,7 +121,7 @@ class Nmea:
         """Send the sentences of this table from now on."""
         self.subscribed_topics = frozenset(nmea_topics(self._boat)) & table.outputs.keys()
 
-    def publish(self, batch: Sequence[Sent]) -> None:
+    def publish(self, batch: Sequence[Delivery]) -> None:
         """Send the sentences among these messages."""
         self._accept()
         for sent in batch:
@@ -247,7 +247,7 @@ class Meter:
 
 
 @dataclass(frozen=True)
-class Wanted:
+class ServeOptions:
     """How a world is to be served."""
 
     ros1: bool = False
@@ -292,7 +292,7 @@ class Wanted:
 
 def serve(
     sim: Simulation,
-    wanted: Wanted,
+    wanted: ServeOptions,
     *,
     report: Report,
     status: Callable[[str], None] = lambda _line: None,
@@ -350,7 +350,7 @@ def serve(
         network.close()
 
 
-def _sentences(sim: Simulation, wanted: Wanted, report: Report) -> BoatOutputs:
+def _sentences(sim: Simulation, wanted: ServeOptions, report: Report) -> BoatOutputs:
     """The topics of NMEA sentences, if any are wanted; says what boats send."""
     if wanted.nmea is None:
         return lambda _boat: ()
@@ -375,7 +375,7 @@ class _Loop:
         self,
         server: RosServer,
         inbox: Inbox,
-        wanted: Wanted,
+        wanted: ServeOptions,
         transports: Sequence[Transport],
         over: Callable[[], bool],
         autopilots: Autopilots | None = None,
@@ -457,7 +457,7 @@ class _Loop:
         return (wanted.exit_on_completion and sim.task_is_over) or self._over()
 
 
-def _transports(network: Network, inbox: Inbox, wanted: Wanted, ending: threading.Event) -> Iterator[Transport]:
+def _transports(network: Network, inbox: Inbox, wanted: ServeOptions, ending: threading.Event) -> Iterator[Transport]:
     if not (wanted.for_ros or wanted.nmea) and wanted.foxglove is None:
         raise CommandError("no transport: --ros1, --rosbridge, --foxglove, --nmea or --ros2 is needed")
     graph = Graph(network, inbox)
@@ -497,7 +497,7 @@ def _open(transports: Sequence[Transport]) -> Iterator[list[str]]:
         yield lines
 
 
-def _greet(server: RosServer, wanted: Wanted, report: Report) -> None:
+def _greet(server: RosServer, wanted: ServeOptions, report: Report) -> None:
     sim, tables = server.sim, server.tables
     boats = ", ".join(sim.boats) if len(sim.boats) <= 8 else f"{sim.boats[0]} ... {sim.boats[-1]}"
     count = f"{len(sim.boats)} {'boat' if len(sim.boats) == 1 else 'boats'}, {boats}" if sim.boats else "no boats"
@@ -522,7 +522,7 @@ def _greet(server: RosServer, wanted: Wanted, report: Report) -> None:
         report("INFO", "VRX_DEBUG=false: no wind and contact topics")
 
 
-def _show_addresses(wanted: Wanted, report: Report) -> None:
+def _show_addresses(wanted: ServeOptions, report: Report) -> None:
     """Show what to type on other machines, or why they cannot reach this one."""
     if not wanted.ros1 and wanted.rosbridge is None:
         return

@@ -23,7 +23,7 @@ from xacro import substitution_args
 from vrx_mj.config.search import ReadingError, display, near_names, read_limited
 from vrx_mj.config.tree import File, Place
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, nearest
-from vrx_mj.formats.urdf.expand import LEFT_OUT, OUTSIDE, Expanded, Result
+from vrx_mj.formats.urdf.expand import LEFT_OUT, OUTSIDE, ExpandedFile, Result
 from vrx_mj.formats.urdf.model import Place as Spot
 from vrx_mj.formats.urdf.xml_document import MAX_BYTES, decode, markup, parse_xml, table_of
 
@@ -36,7 +36,7 @@ _MAX_MESSAGE = 300
 """Longest message, and longest expression in it [characters]."""
 
 
-class Located(str):
+class ElementText(str):
     """Text of a file that has something to expand, with the element it is in."""
 
     __slots__ = ("place", "tag")
@@ -45,7 +45,7 @@ class Located(str):
     tag: str
 
     @classmethod
-    def at(cls, text: str, element: minidom.Element) -> "Located":
+    def at(cls, text: str, element: minidom.Element) -> "ElementText":
         """The text of an element's attribute, or in the element."""
         located = cls(text)
         located.place, located.tag = _place_of(element), element.tagName
@@ -59,7 +59,7 @@ def _place_of(element: minidom.Element) -> Place:
     return place
 
 
-class Copied:
+class PlaceHandler:
     """Handler of minidom that gives a copied element its original's place."""
 
     def handle(self, operation: int, key: str, data: Place, src: minidom.Node, dst: minidom.Node) -> None:
@@ -68,7 +68,7 @@ class Copied:
 
 
 class _Dom:
-    """A document being built, whose elements know their places, and whose texts with a '$' are `Located`."""
+    """A document being built, whose elements know their places, and whose texts with a '$' are `ElementText`."""
 
     def __init__(self, file: File, copied: object, here: Callable[[], Spot]) -> None:
         self.file, self.copied, self.here = file, copied, here
@@ -81,7 +81,7 @@ class _Dom:
         made.setUserData("place", Place(self.file, spot.line, spot.column), self.copied)
         for name, value in attributes.items():  # one of a prefix is another than that without
             made.setAttributeNS(
-                name.rpartition(":")[0] or None, name, Located.at(value, made) if "$" in value else value
+                name.rpartition(":")[0] or None, name, ElementText.at(value, made) if "$" in value else value
             )
         self.node = self.node.appendChild(made)
 
@@ -102,7 +102,7 @@ class _Dom:
 
     def add(self, make: Callable[[str], minidom.Text | minidom.Comment], text: str) -> None:
         self.node.appendChild(
-            make(Located.at(text, self.node) if "$" in text and self.node is not self.document else text)
+            make(ElementText.at(text, self.node) if "$" in text and self.node is not self.document else text)
         )
 
 
@@ -110,7 +110,7 @@ class UnknownPackageError(Exception):
     """A package whose folder was not given."""
 
 
-def expand(known: Sequence[str] | None, *given: Any) -> Expanded:
+def expand(known: Sequence[str] | None, *given: Any) -> ExpandedFile:
     """Expand a xacro file as `Expansion` has it, which `given` makes.
 
     Without `known`, names of all packages that there are, one that is not found is no error yet. It changes the
@@ -216,7 +216,7 @@ class Expansion:
         inner._eval_dirname = lambda _: str(Path(xacro.filestack[-1]).parent)
         inner._eval_find = inner._eval_dict["find"] = self._find
 
-    def result(self, known: Sequence[str] | None) -> Expanded:
+    def result(self, known: Sequence[str] | None) -> ExpandedFile:
         """Result of expanding the file. Raises ConfigError."""
         try:
             document = self._parse(None, self.file)
@@ -230,14 +230,14 @@ class Expansion:
         except Exception as error:
             cause = _cause(error)
             if known is None and isinstance(cause, UnknownPackageError):
-                return Expanded(missing=str(cause))
+                return ExpandedFile(missing=str(cause))
             raise ConfigError([_problem(error, cause, self, known)]) from None
         places = [_place_of(element) for element in document.getElementsByTagName("*")]
         files = {file: number for number, file in enumerate(dict.fromkeys(place.file for place in places))}
         spots = tuple((files[place.file], place.line or 1, place.column or 1) for place in places)
         paths = tuple(str((file.folder or Path()) / Path(file.name).name) for file in files)
         table = tuple((row[0], *spot, *row[4:]) for row, spot in zip(rows, spots, strict=True)) if rows else ()
-        return Expanded(
+        return ExpandedFile(
             text, paths, spots, table, tuple(self.arguments.declared), tuple(self.warnings), tuple(self.left_out)
         )
 
@@ -246,7 +246,8 @@ class Expansion:
             self.left_out.setdefault(
                 f"{_where()}no package named '{filename.removeprefix(LEFT_OUT).partition('/')[0]}'"
             )
-            return parse_xml("<robot/>", filename, partial(_Dom, File(filename, None), Copied()), strict=True).document
+            dom = partial(_Dom, File(filename, None), PlaceHandler())
+            return parse_xml("<robot/>", filename, dom, strict=True).document
         try:
             given = self.text.encode() if filename == self.file else b""
             data = given or read_limited(Path(filename), MAX_BYTES)
@@ -256,7 +257,7 @@ class Expansion:
         name = display(Path(filename))
         text = decode(data, name)
         file = File(name, Path(filename).parent, tuple(text.split("\n")))
-        copied = self if self._is_ours(filename) else Copied()
+        copied = self if self._is_ours(filename) else PlaceHandler()
         return parse_xml(text, name, partial(_Dom, file, copied), strict=True).document
 
     def _is_ours(self, filename: str) -> bool:
@@ -276,7 +277,7 @@ class Expansion:
 
     def handle(self, operation: int, key: str, data: Place, src: minidom.Node, dst: minidom.Node) -> None:
         """Give what a macro of ours makes the place of its call; called by minidom."""
-        dst.setUserData(key, self.calls[-1] if self.calls else data, Copied())
+        dst.setUserData(key, self.calls[-1] if self.calls else data, PlaceHandler())
 
     def _open(self, filename: str) -> io.StringIO:
         try:
@@ -461,7 +462,7 @@ class _Trail:
         elif function == "eval_text":
             self.names = [str(name) for name in _names(local["symbols"])]
             text = local["text"]
-            if isinstance(text, Located) and text.place.file.name != self.library:
+            if isinstance(text, ElementText) and text.place.file.name != self.library:
                 self.place, self.tag = text.place, text.tag
         elif function in {"handle_expr", "handle_extension"}:
             self.expression = f"${{{local['s']}}}" if function == "handle_expr" else f"$({local['s']})"

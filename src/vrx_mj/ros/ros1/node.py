@@ -28,7 +28,15 @@ from vrx_mj.ros.parameters import MAX_NAME, resolve
 from vrx_mj.ros.ros1.connection import LARGEST_HEADER, HttpServer, Listener, Peer, decode_header, encode_header
 from vrx_mj.ros.ros1.master import Api, Reply
 from vrx_mj.ros.ros1.registrar import Link, MasterAccess, Registrar, SystemState, is_ours, open_master
-from vrx_mj.ros.ros1.tcpros import MOST_PUBLISHERS, Provided, Publication, Reader, Stream, Subscription, call_service
+from vrx_mj.ros.ros1.tcpros import (
+    MOST_PUBLISHERS,
+    Publication,
+    Reader,
+    ServiceServer,
+    Stream,
+    Subscription,
+    call_service,
+)
 from vrx_mj.ros.ros1.xmlrpc import CALL_ERRORS, DEFAULT_MASTER, address, ask
 
 HEADER_TIMEOUT = 10.0
@@ -254,7 +262,7 @@ class Node(Wire):
         self.stream = Stream(name)
         self.publications: dict[str, Publication] = {}
         self.subscriptions: dict[str, Subscription] = {}
-        self.provided: dict[str, Provided] = {}
+        self.provided: dict[str, ServiceServer] = {}
         is_own = access.master is not None
         self.slave = Slave(name, master_uri, self.publications, self.subscriptions, notices, is_own)
         intake, self._connection_limit = Intake(_INCOMING_BYTES), connection_limit
@@ -384,7 +392,7 @@ class Node(Wire):
         if held is not None and held.service != service:
             self.provided.pop(name).close()
         if service is not None and name not in self.provided:
-            self.provided[name] = Provided(self.graph, name, service)
+            self.provided[name] = ServiceServer(self.graph, name, service)
 
     # What other processes do
 
@@ -443,7 +451,7 @@ class Node(Wire):
         elif header.get("probe") != "1":
             await met.answer(peer, node, persistent=lasts)
 
-    def _destination(self, header: Mapping[str, str]) -> Publication | Provided:
+    def _destination(self, header: Mapping[str, str]) -> Publication | ServiceServer:
         """The topic or service that a header asks for; CommandError: it is not for who sent it."""
         what, name = ("publisher", header["topic"]) if "topic" in header else ("provider", header.get("service", ""))
         met = self.publications.get(name) if what == "publisher" else self.provided.get(name)

@@ -16,7 +16,7 @@ from vrx_mj.frames import Pose, angles, conjugate, quaternion_product, rotation,
 from vrx_mj.ros.interface import VRX3, Entry, Input, Output, Service
 from vrx_mj.ros.messages import Message, fields, kind, new
 from vrx_mj.ros.table.boats import UNTURNED
-from vrx_mj.ros.table.host import Host, JointAxis, Placed, header, pose_message, twist_message
+from vrx_mj.ros.table.host import FrameState, Host, JointAxis, header, pose_message, twist_message
 from vrx_mj.runtime.applied import AppliedForce
 
 _STATE_RATE = 100.0
@@ -157,17 +157,17 @@ def _get_link(host: Host, asked: Message) -> Mapping[str, object]:
     return {"link_state": state}
 
 
-def _relative(host: Host, placed: Placed, frame: str) -> Placed:
+def _relative(host: Host, placed: FrameState, frame: str) -> FrameState:
     """Seen from another model or link."""
     base = host.bodies.frame(frame)
     return placed if base is None else _seen_from(base, placed)
 
 
-def _seen_from(base: Placed, placed: Placed) -> Placed:
+def _seen_from(base: FrameState, placed: FrameState) -> FrameState:
     turn = rotation_matrix(base.quaternion).T
     away = placed.position - base.position
     velocity = placed.velocity - base.velocity - np.cross(base.spin, away)
-    return Placed(
+    return FrameState(
         turn @ away,
         quaternion_product(conjugate(base.quaternion), placed.quaternion),
         turn @ velocity,
