@@ -175,7 +175,7 @@ class Figure:
     unit: str
     """Unit of the value."""
     meaning: str
-    """What it is, in words."""
+    """Meaning of the number, in words."""
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ _MAX_YAW_RATE = 0.8
 _ARRIVAL_LENGTHS = 0.5
 """A boat stops within this many lengths of its place: it cannot come nearer without turning on the spot."""
 _RETURN_LENGTHS = 1.0
-"""It goes back once it is this many lengths away."""
+"""A boat that stopped goes back once it is this many lengths from its place."""
 _REST_SPEED = 0.05
 """Velocities below this count as 0 [m/s]."""
 _SLIDING_SPEED = 0.3

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 _Point = tuple[float, float]
 _DARK = ("off", "off", "off")
 _NO_FLEET = "single"
-"""What the compiler calls the one boat of a world without a fleet."""
+"""Name that the compiler gives the one boat of a world without a fleet."""
 
 
 @dataclass(frozen=True)
@@ -322,7 +322,7 @@ class MapScene:
     """Wind and waves, where there are any."""
     placards: tuple[MapPlacard, ...] = ()
     course: Course = _EMPTY
-    """What the task lays out."""
+    """Layout of the task."""
     x_from_east: float = 0.0
     """Direction of the x axis [rad], counter-clockwise from east."""
 

@@ -349,7 +349,7 @@ class Pieces:
         return _document(**{**self.own.blocks, **pairs, "assets": _lines(self._elements(detail)), "bodies": bodies})
 
     def _elements(self, detail: Detail) -> Iterable[str]:
-        """Its assets with what a detail leaves in them."""
+        """Assets of the piece with what a detail leaves in them."""
         if detail is Detail.WHOLE:
             return self.assets
         return filter(None, (lefts.get(detail) for lefts in self.assets.values()))

@@ -69,7 +69,7 @@ _READING_CELLS: Mapping[str, Mapping[str, tuple[str, str]]] = {
     "points": {"points": ("Points3D:positions", "<f4"), "intensity": ("intensity", "|u1"), "ring": ("ring", "|u1")},
     "numbers": {"numbers": ("numbers", "|u1")},
 }
-"""What gives back the data of readings, by their form: name, column and kind of numbers."""
+"""Columns of the data of readings, by their form: name, column and kind of numbers."""
 READING_COLUMNS = ("time", "sequence", *{name for cells in _READING_CELLS.values() for name, _ in cells.values()})
 """Columns of a recording that give readings back."""
 
@@ -81,7 +81,7 @@ class Event:
     time: float
     """Simulated time [s], to a nanosecond."""
     text: str
-    """What happened, in words."""
+    """Description of the event."""
     level: str
     """INFO, WARN or ERROR, as rerun has it."""
     touch: Touch | None = None
@@ -95,7 +95,7 @@ class SavedState:
     time: float
     """Simulated time [s]."""
     blob: bytes
-    """What `State.from_bytes` reads."""
+    """The state as bytes, for `State.from_bytes`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +131,7 @@ class Record(Head):
     states: tuple[SavedState, ...]
     """States from which the run can go on."""
     frames: tuple[RecordedFrame, ...]
-    """What the referee of the world's task looked at: boat set, a row of `tasks.layout`, and what was sent with it."""
+    """Frames of the referee of the world's task: boat set, a row of `tasks.layout`, and what was sent with it."""
     rows: FloatArray
     """Recorded rows, (n, columns); `layout.names()` names the columns. NaN while a body was absent."""
     row_companies: IntArray
@@ -355,7 +355,7 @@ class RecordedReadings(Sequence[Reading]):
         That is the bytes `blob`, or the numbers `points` with the bytes `intensity` and `ring`, or the bytes `numbers`.
         """
         self.sensor = sensor
-        """What measured."""
+        """The sensor that measured."""
         time = np.array(columns["time"], np.float64).reshape(-1)
         self._order = np.argsort(time, kind="stable")
         self.time: FloatArray = time[self._order]

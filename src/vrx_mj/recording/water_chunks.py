@@ -110,7 +110,7 @@ class WaterChunks:
         self._left += int(newest[-1])
 
     def _trails(self, boats: Sequence[str], time: FloatArray, places: FloatArray) -> Iterator[Chunk]:
-        """At each time the piece of the way since the time before, in the colour of its speed."""
+        """Pieces of the way at each time since the time before, in the colour of its speed."""
         for i, boat in enumerate(boats):
             here = np.column_stack([time, places[:, i, :2]])
             before = np.concatenate([self._trail_end.get(boat, here[:1]), here[:-1]])

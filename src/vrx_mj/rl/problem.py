@@ -112,7 +112,7 @@ class RefereedRow:
 
 
 Rows = Batch | RefereedRow
-"""What an environment advances."""
+"""Rows that an environment advances."""
 
 
 class SeenRows(Protocol):

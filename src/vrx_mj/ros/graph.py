@@ -183,14 +183,14 @@ class Graph:
         self.parameters, self._own_parameters = Parameters(), Parameters()
         self.registrations = Registrations(self._note_replacement)
         self.notices = Notices()
-        """What goes wrong on the networks."""
+        """Notices of what goes wrong on the networks."""
         self.remote_master: _RemoteMaster | None = None
         """Set while the parameters are another process's."""
         self.remote_call: _RemoteCall | None = None
         self._latched: dict[str, dict[str, Message]] = {}
         self._level = "INFO"
         self._own: dict[tuple[str, str], tuple[str, bool]] = {}
-        """What the table has registered: kind and name, type and whether it is latched."""
+        """Registrations of the table: kind and name, type and whether it is latched."""
         self.own_parameters: Mapping[str, Any] = {}
         """Parameters of the simulation, by absolute name."""
         self.register("publisher", ROSOUT, node, LOG)

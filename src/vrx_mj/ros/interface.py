@@ -74,7 +74,7 @@ class Output:
     dialects: tuple[Dialect, ...] = VRX
     """Dialects that have this topic."""
     recorded: Literal["rows", "states", "nowhere"] = "states"
-    """What of a recording its messages can be made from: its rows, its saved states, or nothing."""
+    """Part of a recording from which its messages can be made: its rows, its saved states, or nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,7 +217,7 @@ class Command(NamedTuple):
     topic: str
     message: Message
     sender: str
-    """Who sent it, for people: a node's name, or an address."""
+    """Sender, for people: a node's name, or an address."""
     dialect: Dialect = "vrx"
     """Dialect of the table that has the topic."""
 

@@ -34,9 +34,9 @@ _NEEDED = "apt-get install python3-genpy python3-rospy python3-geometry-msgs pyt
 MESSAGE_LIST = "vrx_mj_messages.json"
 """File that lists what was written to the folder, each file with its sha256."""
 _WHAT = "the packages"
-"""What is written, in messages."""
+"""Name of what is written, in messages."""
 _BY_MESSAGES = "written by `vrx-mj ros messages`"
-"""What generated packages say of their origin."""
+"""Remark in generated packages on their origin."""
 _IGNORE_FILE = "CATKIN_IGNORE"
 """Name of a file that hides a package from catkin and ROS."""
 _LARGEST_LIST = 1_000_000

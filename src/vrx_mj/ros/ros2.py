@@ -59,7 +59,7 @@ _EXAMPLES = {
     "vision_msgs": "labels of cameras",
     "visualization_msgs": "/vrx_mj/markers",
 }
-"""What lacks without a package, in messages."""
+"""Topics that are missing without a package, in messages."""
 
 
 def load_rclpy() -> Any:

@@ -68,7 +68,7 @@ _CMD_VEL_NOTES: Mapping[CmdVel, str] = {
     "velocity": "cmd_vel sets a velocity [m/s, rad/s] to hold; with --cmd-vel thrust it is VRX's twist2thrust",
     "off": "cmd_vel is not subscribed to; with --cmd-vel thrust it is VRX's twist2thrust",
 }
-"""What velocity commands do, by mode, in messages."""
+"""Effect of velocity commands by mode, for messages."""
 
 
 def nmea_topics(boat: str) -> tuple[str, str]:
@@ -95,7 +95,7 @@ class Nmea:
         self._boat, self._host, self.port, self._counts = boat, host, port, Counts()
         self._clients: dict[socket.socket, Outbox[bytes]] = {}
         self._rests: dict[socket.socket, bytes] = {}
-        """What is left of the line that each client is being sent."""
+        """Rest of the line that each client is being sent."""
         self._opened = contextlib.ExitStack()
         self.subscribed_topics: frozenset[str] = frozenset()
         """All of its topics at any time, since UDP has no subscribers."""

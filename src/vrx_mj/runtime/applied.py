@@ -24,7 +24,7 @@ class AppliedForce(NamedTuple):
     """A wrench on a body, or an effort at a joint, for a while."""
 
     title: str
-    """What it acts on, for people."""
+    """Name of what it acts on, for people."""
     body: str
     """MuJoCo's name of a body; empty: a joint has the effort."""
     joint: str

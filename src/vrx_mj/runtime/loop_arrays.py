@@ -54,7 +54,7 @@ _LOCK = "lock"
 STATE_TABLES = tuple(name for name, array in ARRAYS.items() if array.use == STATE)
 """Names of the tables that change from step to step, in the order of a state's bytes."""
 _CUT = "; it is damaged, or another version of vrx_mj made it: make it again"
-"""What is wrong with a state that has more or less than its world's states."""
+"""Advice on a state that has more or less than its world's states."""
 _NEVER = -1.0
 """Time of a touch that did not happen [s]."""
 

@@ -41,7 +41,7 @@ from vrx_mj.sensors.readings import Image, Mount, Place, PointCloud, Reading, Sc
 from vrx_mj.sensors.view import Labeller
 
 _SEA_COMPILING = ("the sea's pictures", 8)
-"""What cameras compile, and for about how long [s]."""
+"""Name of what cameras compile, and about how long that takes [s]."""
 _STILL_SHOT_PROFILES = ("vrx", "vrx3")
 """Profiles of physics in which a ball leaves the shooter without the boat's velocity."""
 _Drawing = Callable[[], mujoco.MjModel]

@@ -108,7 +108,7 @@ class Pause:
     """A pause between two looks: by simulated time, or by the clock on the wall."""
 
     def __init__(self, early: float = 0.0) -> None:
-        """No pause yet; a look may come by `early` [s] before its end."""
+        """Start without a pause; a look may come by `early` [s] before its end."""
         self._early = early
         self.end()
 

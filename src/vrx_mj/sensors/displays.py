@@ -14,7 +14,7 @@ from vrx_mj.model.things import Light, Placard
 from vrx_mj.model.world import Parameters
 
 CODES = (*LIGHT_COLORS, OFF)
-"""What a light shows, by its number."""
+"""Colours that a light shows, by their numbers."""
 _DARK = CODES.index(OFF)
 """Number of the colour of a dark light."""
 _COLOR_TIME, _COLOR_COUNT = 1.0, 5

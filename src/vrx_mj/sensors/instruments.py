@@ -150,7 +150,7 @@ class RecordedNumbers:
     fields: int | None = None
     """How many fields of the data are held; None for all."""
     problem: Callable[[FloatArray], str] = lambda _numbers: ""
-    """What is wrong with numbers of a file; empty if nothing is."""
+    """Returns what is wrong with numbers of a file; empty if nothing is."""
 
 
 @dataclass(frozen=True)
@@ -162,7 +162,7 @@ class Plot:
     title: str
     """Heading of the plot, with the unit."""
     values: Callable[[Any], Any]
-    """What it shows of a reading's data: a number, or three."""
+    """Returns what the plot shows of a reading's data: a number, or three."""
     axes: bool = False
     """Whether there are three numbers, along x, y and z."""
 
@@ -174,7 +174,7 @@ class SensorKind:
     config: type[Any]
     """Class of the sensor's configuration in `config.sensors`."""
     measure: Callable[[Measurement], Any]
-    """What makes a reading's data."""
+    """Makes a reading's data."""
     numbers: RecordedNumbers | None = None
     """How a recording holds its data; None for pictures, which are held as they are shown."""
     start_marks: Callable[[Any], tuple[float, ...]] = lambda _config: ()

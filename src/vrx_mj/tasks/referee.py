@@ -131,7 +131,7 @@ class Frame:
     poses: Mapping[str, Pose]
     """Poses by name of the boat, object or ball; a dock has the name of its placement."""
     touches: Mapping[str, float] = field(default_factory=dict)
-    """What the scored boat has touched, by name, and when it last did [s]; nothing that it never touched."""
+    """Time [s] of the last touch of the scored boat with each thing that it has touched, by name."""
     messages: tuple[Message, ...] = ()
     """Sent since the frame before, in their order."""
 
@@ -142,7 +142,7 @@ class FrameLayout:
 
     watched: tuple[str, ...]
     rivals: tuple[str, ...]
-    """What the boat may touch; the time [s] of its last touch is negative until there was one."""
+    """Things that the boat may touch; the time [s] of its last touch is negative until there was one."""
 
     @property
     def width(self) -> int:
@@ -291,7 +291,7 @@ def _same_length(first: object, given: object) -> bool:
 
 
 Outputs = dict[str, Any]
-"""What a team may read of its task, by topic: plain data, as JSON holds it."""
+"""Data that a team may read of its task, by topic: plain, as JSON holds it."""
 
 
 class Referee:

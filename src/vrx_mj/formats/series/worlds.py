@@ -33,7 +33,7 @@ REQUIRED = object()
 PLACES = {f"{name}{end}" for name in ("sydneyregatta", "sandisland", "marina") for end in ("", "_minus_scene")}
 """Macros that make a place."""
 _PARTS = {"ocean_waves": "sea", "usv_wind_gazebo": "wind", "scene_macro": "scene", "insert_model": "objects"}
-"""What other macros make; of those that are not here it is the task."""
+"""Part of the world that each macro makes; others make the task."""
 _BLOCKS = TABLE["blocks"]
 """Blocks of macros: the `element` in each, what is `inside` of it, and whether a call `needs` the block."""
 Line = tuple[str, Place]

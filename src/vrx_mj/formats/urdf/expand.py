@@ -36,7 +36,7 @@ OUTSIDE = f"outside the folder of the first file and of every package; {ALLOW}"
 """Reason why a file may not be read."""
 _SHOWN_WARNINGS = 10
 _SECONDS, _ANSWER = 3, 32 << 20
-"""What one expansion, or all expressions of a file, may take: processor time [s], and bytes of a text with places."""
+"""Limits of one expansion, or of all expressions of a file: processor time [s], and bytes of a text with places."""
 _MOST_PACKAGES = 100
 """Packages that the files of one expansion may name."""
 _MACRO = re.compile(r"<xacro:macro\s[^<>]{0,500}?\bname\s*=\s*[\"']([^\"'<>]{1,100})[\"']")

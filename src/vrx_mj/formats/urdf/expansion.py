@@ -192,7 +192,7 @@ class Expansion:
     macros: str = ""
     """Path of a file: what its macros, and those of `own` packages, make in other files has the place of its call."""
     text: str = ""
-    """What `file` holds, where that is not to be read."""
+    """Content of `file`, where that is not to be read."""
     calls: list[Place] = field(default_factory=list)
     """Where the macros being expanded are called."""
     warnings: dict[str, None] = field(default_factory=dict)

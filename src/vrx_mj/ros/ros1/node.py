@@ -99,7 +99,7 @@ class Slave(Api):
         }
 
     def refusal(self, method: str, caller: str, host: str) -> str:
-        """Some methods are only for programs on this machine and the master's."""
+        """Why a caller may not use a method: some are for this machine and the master's alone. Empty if it may."""
         if method not in _RESTRICTED or self.trusted(host):
             return ""
         text = f"{host} ({caller[:100]}) called {method}: only this machine and the master's machine may"

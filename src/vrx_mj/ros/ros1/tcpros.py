@@ -179,7 +179,7 @@ class Reader:
         self.sent = self.messages = 0
         self._outbox: Outbox[bytearray] = Outbox(publication.stream.counts, _MOST_FRAMES, self._write)
         self._rest = memoryview(b"")
-        """What asyncio has not been given yet of the message that is being sent."""
+        """Rest of the message being sent that asyncio has not been given yet."""
         self._full = asyncio.Event()
         peer.writer.transport.set_write_buffer_limits(high=_HIGH_WATER)
 

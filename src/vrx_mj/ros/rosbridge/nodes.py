@@ -48,7 +48,7 @@ _TIME_DETAILS = {
     "constnames": [],
     "constvalues": [],
 }
-"""What rosapi answers about time and duration."""
+"""Answer of rosapi about time and duration."""
 _ACTION_TOPICS = frozenset({"cancel", "feedback", "goal", "result", "status"})
 """Topics of an action."""
 _CONVERSIONS: Mapping[str, Callable[[str], str]] = {

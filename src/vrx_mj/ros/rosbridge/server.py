@@ -465,7 +465,7 @@ class Rosbridge:
         host: str = "127.0.0.1",
         origins: Sequence[str] = (),
     ) -> None:
-        """Nothing is opened yet; port 0 is any that is free.
+        """Prepare the server; nothing is opened yet, and port 0 is any that is free.
 
         Raises:
             NetworkError: the port is invalid.

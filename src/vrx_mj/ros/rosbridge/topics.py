@@ -18,7 +18,7 @@ from vrx_mj.ros.messages import Message, known_types, ros1_name
 from vrx_mj.ros.rosbridge.codec import Options, Parcel, message_of, plain, request
 
 QueuedFrames = tuple[Callable[[], Iterable[Frame]], bool]
-"""What a client gets: what makes its frames when they can be sent, and whether they are binary."""
+"""Frames for a client: the function that makes them when they can be sent, and whether they are binary."""
 _NODE_PREFIX = "/rosbridge/client_"
 """Prefix of the names of clients as nodes."""
 _LONGEST_CALL = 600.0

@@ -394,7 +394,7 @@ def transform(
 
 
 Source = Literal["truth", "navigator"]
-"""What a boat is localized by: as it is, or its GPS and inertial unit."""
+"""Source of a boat's place: the truth, or its GPS and inertial unit."""
 
 
 class Localization:

@@ -325,7 +325,7 @@ class Scenery:
 
 
 CmdVel = Literal["thrust", "velocity", "off"]
-"""What `cmd_vel` commands: shares of full thrust as VRX's twist2thrust, a velocity that a loop keeps, or nothing."""
+"""Meaning of `cmd_vel`: shares of full thrust as VRX's twist2thrust, a velocity that a loop keeps, or nothing."""
 
 
 BoatOutputs = Callable[[str], Iterable[Output]]

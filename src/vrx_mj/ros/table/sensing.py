@@ -69,13 +69,13 @@ class SensorTopic:
     """A topic with messages made of readings."""
 
     tail: str
-    """What follows the stem of the sensor's topics."""
+    """Part of the topic's name after the stem of the sensor's topics."""
     type: str
     """Type of the messages."""
     make: Callable[[Reading], Message | None] | None = None
     """Makes a reading's message; None: its fields are those of the reading's data."""
     vrx3: tuple[str, ...] | None = None
-    """What follows VRX 3's stem in the names of its topics that carry the same; None: the tail."""
+    """Parts after VRX 3's stem in the names of its topics that carry the same; None: the tail."""
     applies: Callable[[Any], bool] = lambda _config: True
     """Whether a sensor with a configuration has this topic."""
 
