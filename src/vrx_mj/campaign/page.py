@@ -204,11 +204,7 @@ def _laid_out(course: Course) -> _Values:
             to_centimetres([path.start, *path.points, *(path.points[:1] if path.closed else ())])
             for path in course.paths
         ],
-        "circles": [
-            {"x": x, "y": y, "radius": radius, "title": title.replace("_", " ")}
-            for x, y, radius, title in animals + beacons
-            if radius > 0.0
-        ],
+        "circles": [_circle(*row) for row in animals + beacons if row[2] > 0.0],
         "beacons": [[item.x, item.y] for item in course.beacons],
     }
 
@@ -216,6 +212,10 @@ def _laid_out(course: Course) -> _Values:
 def _bay(bay: Bay) -> _Values:
     title = f"{bay.name}: {bay.symbol or 'no symbol'}".replace("_", " ")
     return {"corners": to_centimetres(bay.internal[:, :2]), "allowed": bay.right, "title": title}
+
+
+def _circle(x: float, y: float, radius: float, title: str) -> _Values:
+    return {"x": x, "y": y, "radius": radius, "title": title.replace("_", " ")}
 
 
 _Row = dict[str, Any]

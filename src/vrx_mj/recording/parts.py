@@ -295,10 +295,9 @@ def parsed_file(file: Path, columns: Sequence[str], entities: Sequence[str], *, 
             if begins(source, MAGIC):
                 found = (part.only(columns) for part in raw_parts(source) if part.entity in entities)
                 return ParsedFile(tuple(found), footer=False, views=False)
-            wanted, answer = (entities, columns, whole), tuple[list[PartData], bool, bool]
+            wanted, answer, is_whole = (entities, columns, whole), tuple[list[PartData], bool, bool], source == file
             chunks, footer, views = _found_in(file, source, "chunks", *wanted, returns=answer)
-            parts, is_whole = tuple(Part(*chunk) for chunk in chunks), source == file
-            return ParsedFile(parts, footer and is_whole, views and is_whole)
+            return ParsedFile(tuple(Part(*chunk) for chunk in chunks), footer and is_whole, views and is_whole)
     except OSError as error:
         raise RecordError(f"cannot read the recording '{file}': {error.strerror or error}") from error
 

@@ -130,7 +130,7 @@ class Result:
 
 
 @dataclass(frozen=True)
-class ExpandedFile:
+class Expansion:
     """Result of expanding a file."""
 
     text: str = ""
@@ -153,7 +153,7 @@ class ExpandedText(str):
     """Expanded text of a xacro file, which knows where its elements come from."""
 
     __slots__ = ("made",)
-    made: ExpandedFile
+    made: Expansion
 
 
 def expand(
@@ -224,7 +224,7 @@ def arguments(file: Path) -> dict[str, str]:
     return found
 
 
-def _expand(file: Path, arguments: Arguments, paths: Sequence[Path], libraries: Collection[str] = ()) -> ExpandedFile:
+def _expand(file: Path, arguments: Arguments, paths: Sequence[Path], libraries: Collection[str] = ()) -> Expansion:
     """Expand a file; a package that it names in another file, or by an expression, takes one more attempt."""
     if not file.is_file():
         raise file_error(file, "no such file")
@@ -238,7 +238,7 @@ def _expand(file: Path, arguments: Arguments, paths: Sequence[Path], libraries: 
     found = {name: str(folder) for name in names[:_MOST_PACKAGES] if (folder := files.package(name)) is not None}
     macros, own = [MACROS] if libraries else [], {name: str(folder) for name, folder in files.spare.items()}
 
-    def made_with(known: Sequence[str] | None) -> ExpandedFile:
+    def made_with(known: Sequence[str] | None) -> Expansion:
         arguments = (given, found, own, sorted(libraries), *macros)
         return _ask(known, file.absolute(), *arguments, reads=[*files.bases, *macros])
 
@@ -254,18 +254,17 @@ def _expand(file: Path, arguments: Arguments, paths: Sequence[Path], libraries: 
     return made_with(files.known_packages())
 
 
-def _ask(known: Sequence[str] | None, file: Path, *arguments: object, reads: Sequence[Path]) -> ExpandedFile:
+def _ask(known: Sequence[str] | None, file: Path, *arguments: object, reads: Sequence[Path]) -> Expansion:
     job, about = "formats.urdf.expansion:expand", f"xacro {display(file)}"
     try:
         return ask(
-            job, known, file, *arguments,
-            returns=ExpandedFile, about=about, reads=reads, seconds=_SECONDS, answer=_ANSWER,
-        )  # fmt: skip
+            job, known, file, *arguments, returns=Expansion, about=about, reads=reads, seconds=_SECONDS, answer=_ANSWER
+        )
     except ReaderError as error:
         raise file_error(file, error.reason) from None
 
 
-def _warn(file: Path, made: ExpandedFile) -> None:
+def _warn(file: Path, made: Expansion) -> None:
     """One warning of all that xacro warns of, and one of what is left out."""
     for what, lines in (("xacro warns", made.warnings), ("not read, because packages are missing", made.left_out)):
         if lines:

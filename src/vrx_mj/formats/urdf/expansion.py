@@ -23,7 +23,7 @@ from xacro import substitution_args
 from vrx_mj.config.search import ReadingError, display, near_names, read_limited
 from vrx_mj.config.tree import File, Place
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, nearest
-from vrx_mj.formats.urdf.expand import LEFT_OUT, OUTSIDE, ExpandedFile, Result
+from vrx_mj.formats.urdf.expand import LEFT_OUT, OUTSIDE, Expansion, Result
 from vrx_mj.formats.urdf.model import Place as Spot
 from vrx_mj.formats.urdf.xml_document import MAX_BYTES, decode, markup, parse_xml, table_of
 
@@ -59,7 +59,7 @@ def _place_of(element: minidom.Element) -> Place:
     return place
 
 
-class PlaceHandler:
+class Copier:
     """Handler of minidom that gives a copied element its original's place."""
 
     def handle(self, operation: int, key: str, data: Place, src: minidom.Node, dst: minidom.Node) -> None:
@@ -110,8 +110,8 @@ class UnknownPackageError(Exception):
     """A package whose folder was not given."""
 
 
-def expand(known: Sequence[str] | None, *given: Any) -> ExpandedFile:
-    """Expand a xacro file as `Expansion` has it, which `given` makes.
+def expand(known: Sequence[str] | None, *given: Any) -> Expansion:
+    """Expand a xacro file as `Expander` has it, which `given` makes.
 
     Without `known`, names of all packages that there are, one that is not found is no error yet. It changes the
     package `xacro`: it is for a process of its own.
@@ -119,7 +119,7 @@ def expand(known: Sequence[str] | None, *given: Any) -> ExpandedFile:
     Raises:
         ConfigError: the file cannot be expanded.
     """
-    return Expansion(*given).result(known)
+    return Expander(*given).result(known)
 
 
 def evaluate(texts: Sequence[tuple[str, Mapping[str, float]]]) -> tuple[Result, ...]:
@@ -176,8 +176,8 @@ class UnknownArgumentError(KeyError):
 
 
 @dataclass
-class Expansion:
-    """One expansion, which puts itself in the place of what the package reads, finds and prints with."""
+class Expander:
+    """Expander of one file, which puts itself in the place of what the package reads, finds and prints with."""
 
     file: str
     """Absolute path."""
@@ -216,7 +216,7 @@ class Expansion:
         inner._eval_dirname = lambda _: str(Path(xacro.filestack[-1]).parent)
         inner._eval_find = inner._eval_dict["find"] = self._find
 
-    def result(self, known: Sequence[str] | None) -> ExpandedFile:
+    def result(self, known: Sequence[str] | None) -> Expansion:
         """Result of expanding the file. Raises ConfigError."""
         try:
             document = self._parse(None, self.file)
@@ -230,14 +230,14 @@ class Expansion:
         except Exception as error:
             cause = _cause(error)
             if known is None and isinstance(cause, UnknownPackageError):
-                return ExpandedFile(missing=str(cause))
+                return Expansion(missing=str(cause))
             raise ConfigError([_problem(error, cause, self, known)]) from None
         places = [_place_of(element) for element in document.getElementsByTagName("*")]
         files = {file: number for number, file in enumerate(dict.fromkeys(place.file for place in places))}
         spots = tuple((files[place.file], place.line or 1, place.column or 1) for place in places)
         paths = tuple(str((file.folder or Path()) / Path(file.name).name) for file in files)
         table = tuple((row[0], *spot, *row[4:]) for row, spot in zip(rows, spots, strict=True)) if rows else ()
-        return ExpandedFile(
+        return Expansion(
             text, paths, spots, table, tuple(self.arguments.declared), tuple(self.warnings), tuple(self.left_out)
         )
 
@@ -246,8 +246,7 @@ class Expansion:
             self.left_out.setdefault(
                 f"{_where()}no package named '{filename.removeprefix(LEFT_OUT).partition('/')[0]}'"
             )
-            dom = partial(_Dom, File(filename, None), PlaceHandler())
-            return parse_xml("<robot/>", filename, dom, strict=True).document
+            return parse_xml("<robot/>", filename, partial(_Dom, File(filename, None), Copier()), strict=True).document
         try:
             given = self.text.encode() if filename == self.file else b""
             data = given or read_limited(Path(filename), MAX_BYTES)
@@ -257,7 +256,7 @@ class Expansion:
         name = display(Path(filename))
         text = decode(data, name)
         file = File(name, Path(filename).parent, tuple(text.split("\n")))
-        copied = self if self._is_ours(filename) else PlaceHandler()
+        copied = self if self._is_ours(filename) else Copier()
         return parse_xml(text, name, partial(_Dom, file, copied), strict=True).document
 
     def _is_ours(self, filename: str) -> bool:
@@ -277,7 +276,7 @@ class Expansion:
 
     def handle(self, operation: int, key: str, data: Place, src: minidom.Node, dst: minidom.Node) -> None:
         """Give what a macro of ours makes the place of its call; called by minidom."""
-        dst.setUserData(key, self.calls[-1] if self.calls else data, PlaceHandler())
+        dst.setUserData(key, self.calls[-1] if self.calls else data, Copier())
 
     def _open(self, filename: str) -> io.StringIO:
         try:
@@ -369,7 +368,7 @@ def _check_names(element: minidom.Element) -> None:
         attribute.value = str(attribute.value)
 
 
-def _problem(error: Exception, cause: BaseException, made: Expansion, known: Sequence[str] | None) -> Problem:
+def _problem(error: Exception, cause: BaseException, made: Expander, known: Sequence[str] | None) -> Problem:
     """Problem that stopped an expansion: the innermost error, at the place in the files that raised it."""
     if isinstance(cause, ConfigError):
         return cause.problems[0]

@@ -28,15 +28,7 @@ from vrx_mj.ros.parameters import MAX_NAME, resolve
 from vrx_mj.ros.ros1.connection import LARGEST_HEADER, HttpServer, Listener, Peer, decode_header, encode_header
 from vrx_mj.ros.ros1.master import Api, Reply
 from vrx_mj.ros.ros1.registrar import Link, MasterAccess, Registrar, SystemState, is_ours, open_master
-from vrx_mj.ros.ros1.tcpros import (
-    MOST_PUBLISHERS,
-    Publication,
-    Reader,
-    ServiceServer,
-    Stream,
-    Subscription,
-    call_service,
-)
+from vrx_mj.ros.ros1.tcpros import MOST_PUBLISHERS, Publication, Reader, ServiceHost, Stream, Subscription, call_service
 from vrx_mj.ros.ros1.xmlrpc import CALL_ERRORS, DEFAULT_MASTER, address, ask
 
 HEADER_TIMEOUT = 10.0
@@ -262,7 +254,7 @@ class Node(Wire):
         self.stream = Stream(name)
         self.publications: dict[str, Publication] = {}
         self.subscriptions: dict[str, Subscription] = {}
-        self.provided: dict[str, ServiceServer] = {}
+        self.provided: dict[str, ServiceHost] = {}
         is_own = access.master is not None
         self.slave = Slave(name, master_uri, self.publications, self.subscriptions, notices, is_own)
         intake, self._connection_limit = Intake(_INCOMING_BYTES), connection_limit
@@ -392,7 +384,7 @@ class Node(Wire):
         if held is not None and held.service != service:
             self.provided.pop(name).close()
         if service is not None and name not in self.provided:
-            self.provided[name] = ServiceServer(self.graph, name, service)
+            self.provided[name] = ServiceHost(self.graph, name, service)
 
     # What other processes do
 
@@ -451,7 +443,7 @@ class Node(Wire):
         elif header.get("probe") != "1":
             await met.answer(peer, node, persistent=lasts)
 
-    def _destination(self, header: Mapping[str, str]) -> Publication | ServiceServer:
+    def _destination(self, header: Mapping[str, str]) -> Publication | ServiceHost:
         """The topic or service that a header asks for; CommandError: it is not for who sent it."""
         what, name = ("publisher", header["topic"]) if "topic" in header else ("provider", header.get("service", ""))
         met = self.publications.get(name) if what == "publisher" else self.provided.get(name)

@@ -226,7 +226,7 @@ class Reader:
 
 
 @dataclass(eq=False)
-class ServiceServer:
+class ServiceHost:
     """A service of a node of this process, and its callers."""
 
     graph: Graph
