@@ -170,7 +170,7 @@ def rotation_vector(quaternion: FloatArray) -> FloatArray:
 
 
 def matrix_quaternion(rotation: FloatArray) -> FloatArray:
-    """(4,) unit quaternion (w, x, y, z) of a rotation matrix; w is not negative.
+    """Unit quaternion (w, x, y, z), (4,), of a rotation matrix; w is not negative.
 
     The four squares follow from the diagonal; the largest gives the others without cancellation (Shepperd 1978).
     """

@@ -123,7 +123,7 @@ def version_row() -> Row:
 
 
 def python_row(version: tuple[int, ...]) -> Row:
-    """The interpreter."""
+    """The Python interpreter, its version and its place."""
     shown = ".".join(map(str, version))
     if version >= _OLDEST_PYTHON and sys.maxsize > 2**32:
         return Row("python", f"{shown} in {sys.prefix}", core=True)

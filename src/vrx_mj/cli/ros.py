@@ -368,7 +368,7 @@ class _Log(logging.Handler):
     """Prints warnings of the network thread."""
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Show it."""
+        """Show a line of the log."""
         _log_line({"WARNING": "WARN"}.get(record.levelname, record.levelname), record.getMessage())
 
 

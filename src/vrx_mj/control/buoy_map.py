@@ -323,7 +323,7 @@ def mounting(reading: Any) -> tuple[FloatArray, FloatArray]:
 
 
 def intrinsics(reading: "Reading") -> FloatArray:
-    """(3, 3) intrinsic matrix of a camera [pixels]."""
+    """Intrinsic matrix (3, 3) of a camera [pixels]."""
     return np.asarray(reading.data.info.K, np.float64).reshape(3, 3)
 
 

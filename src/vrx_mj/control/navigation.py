@@ -412,18 +412,18 @@ class Localizer:
         return turned, slanted + age**2 * turned @ swing @ turned.T, unsure
 
     def _in_world(self, variance: FloatArray) -> FloatArray:
-        """(3, 3) covariance in the world's axes of errors along east, north and up."""
+        """Covariance (3, 3) in the world's axes of errors along east, north and up."""
         covariance: FloatArray = self._axes * variance @ self._axes.T
         return covariance
 
 
 def _lever(arm: FloatArray, covariance: FloatArray) -> FloatArray:
-    """(3, 3) covariance of the end of a lever whose turns have a covariance."""
+    """Covariance (3, 3) of the end of a lever whose turns have a covariance."""
     across = np.cross(arm, np.eye(3))
     moved: FloatArray = across @ covariance @ across.T
     return moved
 
 
 def _joint(one: FloatArray, other: FloatArray) -> FloatArray:
-    """(6, 6): two covariances as one of six errors."""
+    """Two covariances as one (6, 6) of six errors."""
     return np.block([[one, np.zeros((3, 3))], [np.zeros((3, 3)), other]]) + _NO_COVARIANCE

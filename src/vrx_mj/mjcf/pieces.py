@@ -289,7 +289,7 @@ class Pieces:
             _COMPILED.add(one.digest)
 
     def text(self) -> str:
-        """The MJCF."""
+        """The MJCF of the world."""
         return self._document(self.parts, Detail.WHOLE)
 
     def spec(self, detail: Detail = Detail.WHOLE) -> mujoco.MjSpec:

@@ -81,7 +81,7 @@ class Pinger:
 
 @record
 class Gate:
-    """Two buoys."""
+    """Gate of a course: two buoys."""
 
     left: Text = field(metadata=_name_of(THING))
     """Name of VRX's left buoy, which comes to starboard of a boat that crosses as it should."""
@@ -165,7 +165,7 @@ class Hole:
 
 @record
 class Animal:
-    """An animal."""
+    """Animal of a task."""
 
     name: Text = field(metadata=_name_of(THING))
     """Name of the object."""

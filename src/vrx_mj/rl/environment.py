@@ -483,7 +483,7 @@ class Actions:
 def _team_reward(
     judged: Judged, own: FloatArray, forfeit: FloatArray, lost: BoolArray, acted: BoolArray, diverged: BoolArray
 ) -> FloatArray:
-    """(n,): the team's reward, less what its lost boats forfeit; where all are lost, the mean of that."""
+    """The team's reward (n,), less what its lost boats forfeit; where all are lost, the mean of that."""
     paid = judged.team_reward(acted) - mean_of(np.where(lost, judged.own + forfeit, 0.0), acted)
     return np.where(acted.any(axis=1), np.where(diverged, mean_of(own, acted), paid), 0.0)
 

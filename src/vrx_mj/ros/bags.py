@@ -86,7 +86,7 @@ class BagFile(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Complete it."""
+        """Complete the bag."""
 
     def abort(self) -> None:
         """Close it as it is."""
@@ -176,7 +176,7 @@ class Ros1File(BagFile):
             self._writer.bio.flush()
 
     def close(self) -> None:
-        """Complete it."""
+        """Complete the bag."""
         self._writer.close()
         with self._writer.path.open("r+b") as file:
             _widen(file)
@@ -211,7 +211,7 @@ class Ros2File(BagFile):
         storage.bio.flush()
 
     def close(self) -> None:
-        """Complete it."""
+        """Complete the bag."""
         with tempfile.TemporaryDirectory() as elsewhere:
             if not self._writer.path.is_dir():  # a file alone has no metadata beside it
                 self._writer.metapath = Path(elsewhere) / "metadata.yaml"

@@ -290,7 +290,7 @@ class Inbox:
 
 
 def parameters(header: Message, values: Mapping[str, str | bool | int | float]) -> Message:
-    """ros_gz_interfaces/ParamVec."""
+    """Message ros_gz_interfaces/ParamVec of named values."""
     params = [kind("rcl_interfaces/Parameter")(name, _value(value)) for name, value in values.items()]
     return kind("ros_gz_interfaces/ParamVec")(header, params)
 

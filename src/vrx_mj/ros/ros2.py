@@ -254,7 +254,7 @@ class Node:
         self._rosout.publish(encode(line, "rcl_interfaces/Log"))
 
     def close(self) -> None:
-        """Leave."""
+        """Leave the graph of ROS 2."""
         self._node.destroy_node()
         self._rclpy.shutdown(context=self._context)
 

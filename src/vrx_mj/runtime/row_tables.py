@@ -387,7 +387,7 @@ class Equilibrium:
         self._centers = np.ascontiguousarray((turned @ away[:, :, None])[..., 0])
 
     def largest_masses(self) -> FloatArray:
-        """(boats,): factors of mass up to which boats float at rest on a calm; beyond, an end goes under.
+        """Factors of mass (boats,) up to which boats float at rest on a calm; beyond, an end goes under.
 
         Found by halving, below the factor with which all that can be under water just carries the weight.
         """

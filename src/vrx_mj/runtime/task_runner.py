@@ -74,7 +74,7 @@ class TaskRunner:
             self.layout = FrameLayout.of(world.parameters.task, self.referee.watched)
 
     def reset(self) -> None:
-        """Begin anew."""
+        """Begin the task anew."""
         self._seen = -1
         self._sent: list[Message] = []
         self._record: list[Event] = []

@@ -67,7 +67,7 @@ def _key(seed: int, boat: str, sensor: str, life: int) -> int:
 
 
 def errors(model: ErrorModel, draw: Draw, axis: int) -> FloatArray:
-    """(3,) errors along the axes of a model, whose streams are `axis` and the two after it."""
+    """Errors (3,) along the axes of a model, whose streams are `axis` and the two after it."""
     return np.array([axis_of(model, draw, axis, k) for k in range(3)])
 
 
@@ -78,12 +78,12 @@ def axis_of(model: ErrorModel, draw: Draw, axis: int, k: int) -> float:
 
 
 def variances(model: ErrorModel) -> FloatArray:
-    """(3,) variances of the errors, drift included: what Hector's plugins write into covariances."""
+    """Variances (3,) of the errors, drift included: what Hector's plugins write into covariances."""
     return np.square(model.drift) + np.square(model.noise)
 
 
 def covariance(*variance: float) -> tuple[float, ...]:
-    """(9,) row by row: the covariance of three errors that have nothing to do with each other."""
+    """Covariance (9,), row by row, of three errors that have nothing to do with each other."""
     return tuple(float(value) for value in np.diag(variance).flat)
 
 

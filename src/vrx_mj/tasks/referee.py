@@ -325,7 +325,7 @@ class Referee:
         self.restart()
 
     def restart(self) -> None:
-        """Begin anew."""
+        """Begin the task anew."""
         self.status = replace(self._start)
         self._load_state(self._first)
         self._actions: list[Action] = []

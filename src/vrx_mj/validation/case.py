@@ -117,7 +117,7 @@ def bands() -> Mapping[tuple[str, str], Band]:
 
 @dataclass(frozen=True)
 class Row:
-    """One comparison."""
+    """One comparison in the report."""
 
     quantity: str
     """Quantity that is compared."""

@@ -199,7 +199,7 @@ class Watch:
             begin_task(self._report_unreachable(silent), self._work)
 
     async def close(self) -> None:
-        """Stop."""
+        """Stop the node."""
         await end_tasks(self._work)
 
     def _silent(self, subscribers: Mapping[str, list[str]]) -> list[tuple[str, str]]:

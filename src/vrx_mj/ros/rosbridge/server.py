@@ -130,7 +130,7 @@ class Fragments:
         return None
 
     def end(self) -> None:
-        """Forget all."""
+        """Forget all fragments."""
         self._open.clear()
         self._size = 0
         self._intake.hold(self._place, 0)

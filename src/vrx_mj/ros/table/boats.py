@@ -256,7 +256,7 @@ class BoatFrames:
             return None
 
     def joints(self) -> Message:
-        """sensor_msgs/JointState."""
+        """Message sensor_msgs/JointState of the boat."""
         rows = self._turned_joints()
         return new(
             "sensor_msgs/JointState",

@@ -273,7 +273,7 @@ def collision_name(model: mujoco.MjModel, geom: int, boats: Collection[str]) -> 
 
 
 def pose_message(placed: FrameState) -> Message:
-    """geometry_msgs/Pose."""
+    """Message geometry_msgs/Pose of a frame."""
     position = kind("geometry_msgs/Point")(*placed.position.tolist())
     w, x, y, z = placed.quaternion.tolist()
     return kind("geometry_msgs/Pose")(position, kind("geometry_msgs/Quaternion")(x, y, z, w))

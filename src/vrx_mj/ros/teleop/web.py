@@ -105,7 +105,7 @@ class _Answering(http.server.BaseHTTPRequestHandler):
         self._answer(whole=False)
 
     def log_message(self, format: str, *args: object) -> None:  # noqa: A002 -- the name is the base class's
-        """Say nothing."""
+        """Drop the line that the server would print for a request."""
 
     def _answer(self, *, whole: bool) -> None:
         status, kind, body = self._response()
