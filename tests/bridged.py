@@ -8,7 +8,7 @@ import numpy as np
 from vrx_mj.errors import CommandError
 from vrx_mj.ros import messages
 from vrx_mj.ros.graph import Graph, Wires
-from vrx_mj.ros.interface import Inbox, Input, Output, RosInterface, Sent, Service
+from vrx_mj.ros.interface import Delivery, Inbox, Input, Output, RosInterface, Service
 from vrx_mj.ros.network import Network
 from vrx_mj.ros.rosbridge import Rosbridge
 
@@ -113,7 +113,7 @@ class Bridged:
         return f"ws://127.0.0.1:{self.bridge.port}"
 
     def send(self, name, message, time=1.5):
-        self.wires.publish([Sent(self.table.outputs[name], message, time)])
+        self.wires.publish([Delivery(self.table.outputs[name], message, time)])
 
     def wait(self, what, seconds=5.0):
         """Wait until a condition holds."""
@@ -151,7 +151,7 @@ def publishing(bridged, make, rate=50.0):
             step += 1
             time = step / rate
             wanted = bridged.wires.subscribed_topics
-            batch = [Sent(bridged.table.outputs[n], f(time), time) for n, f in make.items() if n in wanted]
+            batch = [Delivery(bridged.table.outputs[n], f(time), time) for n, f in make.items() if n in wanted]
             bridged.wires.publish(batch)
 
     thread = threading.Thread(target=run, daemon=True)

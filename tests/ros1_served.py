@@ -16,7 +16,7 @@ from typing import Self
 from needs import ROS1_TOOLS, needs
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.graph import Graph, Wires
-from vrx_mj.ros.interface import Command, Inbox, Input, Output, RosInterface, Sent, Service, UnknownTopicPublisher
+from vrx_mj.ros.interface import Command, Delivery, Inbox, Input, Output, RosInterface, Service, UnknownTopicPublisher
 from vrx_mj.ros.messages import new, stamp
 from vrx_mj.ros.network import Network
 from vrx_mj.ros.ros1 import Ros1
@@ -112,7 +112,7 @@ class Served:
             self.network.close()
             raise
         self.offer(self.table)
-        self.wires.publish([Sent(self.table.outputs["/course"], new("std_msgs/String", data="gate 3"), 0.0)])
+        self.wires.publish([Delivery(self.table.outputs["/course"], new("std_msgs/String", data="gate 3"), 0.0)])
         self._thread.start()
         return self
 
@@ -151,15 +151,15 @@ class Served:
                 except CommandError as error:
                     call.answer(None, str(error))
 
-    def _batch(self, t: float) -> list[Sent]:
+    def _batch(self, t: float) -> list[Delivery]:
         wanted = [output for name, output in self.table.outputs.items() if name in self.wires.subscribed_topics]
         batch = []
         for output in wanted:
             if output.type == "sensor_msgs/Imu":
                 header = {"stamp": stamp(t), "frame_id": output.name.split("/")[1]}
-                batch.append(Sent(output, new(output.type, header=header), t))
+                batch.append(Delivery(output, new(output.type, header=header), t))
             elif output.type == "rosgraph_msgs/Clock":
-                batch.append(Sent(output, new(output.type, clock=stamp(t)), t))
+                batch.append(Delivery(output, new(output.type, clock=stamp(t)), t))
         return batch
 
 

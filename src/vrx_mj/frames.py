@@ -170,7 +170,7 @@ def rotation_vector(quaternion: FloatArray) -> FloatArray:
 
 
 def matrix_quaternion(rotation: FloatArray) -> FloatArray:
-    """(4,) unit quaternion (w, x, y, z) of a rotation matrix; w is not negative.
+    """Unit quaternion (w, x, y, z), (4,), of a rotation matrix; w is not negative.
 
     The four squares follow from the diagonal; the largest gives the others without cancellation (Shepperd 1978).
     """
@@ -220,7 +220,10 @@ def enu_to_geodetic(east: float, north: float, up: float, latitude: float, longi
 
 
 def _to_geodetic(x: float, y: float, z: float) -> Vector:
-    """From earth-centred x, y, z [m], by Bowring's formula (Survey Review 23, 1976), iterated to the last digits."""
+    """Latitude, longitude [degrees] and altitude [m] of earth-centred x, y, z [m].
+
+    By Bowring's formula (Survey Review 23, 1976), iterated to the last digits.
+    """
     p = math.hypot(x, y)
     reduced = math.atan2(z * SEMI_MAJOR, p * _MINOR)
     for _ in range(3):

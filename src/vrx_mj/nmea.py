@@ -103,13 +103,13 @@ def tenths(angle: float) -> float:
 
 
 def _mounting(reading: Reading) -> FloatArray:
-    """(3, 3) rotation from a sensor to its boat."""
+    """Rotation (3, 3) from a sensor to its boat."""
     assert reading.mount is not None, "it is a run's, not a recording's"
     return reading.mount.rotation
 
 
 def _attitude(imu: Reading) -> FloatArray:
-    """(3, 3) rotation from the boat to east, north, up."""
+    """Rotation (3, 3) from the boat to east, north, up."""
     return rotation_matrix(imu.data.orientation) @ _mounting(imu).T
 
 

@@ -44,7 +44,7 @@ def atomic_write(path: Path, what: str, error: type[VrxError] = VrxError) -> Ite
 
 
 def _settle(written: Path, path: Path) -> None:
-    """Have what was written take the place of a file, or of what a link leads to, with its permissions."""
+    """Put what was written in the place of a file, or of what a link leads to, with its permissions."""
     target = path.resolve()
     if target.exists():
         written.chmod(target.stat().st_mode & 0o7777)

@@ -30,7 +30,7 @@ def install_command(*wanted: str) -> str:
 
 
 def install_extra(extra: str) -> str:
-    """What to do where an extra is missing: "run in the clone of vrx_mj: ..."; no registry of packages has ours."""
+    """How to install a missing extra: "run in the clone of vrx_mj: ..."; no registry of packages has ours."""
     return f"run in the clone of vrx_mj: {install_command(f'.[{extra}]')}"
 
 

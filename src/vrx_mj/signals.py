@@ -25,7 +25,7 @@ _EXIT_WAIT = 30.0
 
 @contextlib.contextmanager
 def ended_by_signals() -> Iterator[list[int]]:
-    """Let SIGINT, SIGTERM and SIGHUP raise KeyboardInterrupt; yields the numbers of those that have come."""
+    """Raise KeyboardInterrupt at SIGINT, SIGTERM and SIGHUP; yields the numbers of those that have come."""
     came: list[int] = []
 
     def interrupt(number: int) -> None:

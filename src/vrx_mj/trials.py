@@ -72,7 +72,7 @@ class VesselState(NamedTuple):
 
 
 class Vessel(Protocol):
-    """What a trial is made with: a boat of a simulation, or a model of one."""
+    """Vessel of a trial: a boat of a simulation, or a model of one."""
 
     @property
     def state(self) -> VesselState:
@@ -175,7 +175,7 @@ class Figure:
     unit: str
     """Unit of the value."""
     meaning: str
-    """What it is, in words."""
+    """Meaning of the number, in words."""
 
 
 @dataclass(frozen=True)

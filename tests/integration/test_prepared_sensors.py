@@ -11,7 +11,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.nightly]
 
 PROGRAM = """
 import vrx_mj
-from vrx_mj.ros.serve import Wanted, serve
+from vrx_mj.ros.serve import ServeOptions, serve
 from vrx_mj.physics.surface import draw_surface
 from vrx_mj.sensors.camera import with_grain
 from vrx_mj.sensors.lidar import noisy
@@ -29,7 +29,7 @@ SERVED = """
 at_start = []
 def ready(_transports):
     at_start.append((sim.time, compiled(), sim.get_state().to_bytes() == before))
-serve(sim, Wanted(rosbridge=0, duration=0.05), report=lambda *_: None, ready=ready)
+serve(sim, ServeOptions(rosbridge=0, duration=0.05), report=lambda *_: None, ready=ready)
 print(at_start[0][0], sorted(at_start[0][1]), at_start[0][2])
 counts = {name: len(kernel.signatures) for name, kernel in KERNELS.items() if kernel.signatures}
 sim.sense("wamv")["lidar_wamv"]

@@ -10,7 +10,7 @@ from ros1_peer import ME, dial, frame, frame_of, service_of, stream_of
 from ros1_served import Served, free_port, small_table, trigger, until
 from rosbridge_client import Talk
 from vrx_mj.errors import CommandError
-from vrx_mj.ros.interface import Input, Output, RosInterface, Sent, Service
+from vrx_mj.ros.interface import Delivery, Input, Output, RosInterface, Service
 from vrx_mj.ros.messages import new
 
 pytestmark = pytest.mark.slow
@@ -54,7 +54,7 @@ def talker(served):
     """Another node, with connections of its own."""
     with Served(served.port, small_table(), node="/talker") as one:
         one.offer(talker_table())
-        one.wires.publish([Sent(one.table.outputs[LATCHED], new(STRING, data="shore"), 0.0)])
+        one.wires.publish([Delivery(one.table.outputs[LATCHED], new(STRING, data="shore"), 0.0)])
         yield one
 
 
@@ -169,7 +169,7 @@ def test_a_topic_of_another_process_is_there_for_clients(talker, talk, other):
     talk.say("subscribe", topic=TALKER)
     talk.sync()
     until(lambda: TALKER in talker.wires.subscribed_topics, "the connection")
-    talker.wires.publish([Sent(talker.table.outputs[TALKER], new(STRING, data="hello"), 1.0)])
+    talker.wires.publish([Delivery(talker.table.outputs[TALKER], new(STRING, data="hello"), 1.0)])
     assert hear(talk) == {"data": "hello"}
     talk.say("unsubscribe", topic=TALKER)
     talk.sync()

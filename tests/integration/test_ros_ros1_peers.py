@@ -11,7 +11,7 @@ import pytest
 
 from ros1_peer import ME, dial, frame, frame_of, service_of, stream_of, taken
 from ros1_served import LEFT, Served, free_port, small_table, until
-from vrx_mj.ros.interface import Sent
+from vrx_mj.ros.interface import Delivery
 from vrx_mj.ros.limits import MOST_BYTES
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.ros1.connection import decode_header, encode_header
@@ -142,7 +142,7 @@ def test_a_subscriber_that_does_not_read_costs_neither_time_nor_memory():
                 text = f"{number:06d}" + "x" * size
                 with calls_at_most(100):
                     message = new("std_msgs/String", data=text)
-                    served.wires.publish([Sent(served.table.outputs["/course"], message, 0.0)])
+                    served.wires.publish([Delivery(served.table.outputs["/course"], message, 0.0)])
                 assert frame_of(fast)[4:10] == b"%06d" % number  # it gets every one, in order
             readers = {reader._outbox.dropped: reader for reader in served.ros._node.publications["/course"].readers}
             kept = readers[max(readers)]._outbox.bytes

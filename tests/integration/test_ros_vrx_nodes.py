@@ -10,7 +10,7 @@ from axes_files import SAMPLES, WORLDS
 from needs import ROS1_TOOLS, needs
 from ros1_served import Served, environment, free_port, running, small_table, tools, until
 from vrx_mj.frames import quaternion
-from vrx_mj.ros.interface import Input, Output, Sent
+from vrx_mj.ros.interface import Delivery, Input, Output
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.packages import write_launch_packages, write_packages
 
@@ -59,7 +59,9 @@ class Telling(Served):
     """It publishes what somebody listens to."""
 
     def _batch(self, t):
-        return [Sent(self.table.outputs[name], SENT[name], t) for name in self.wires.subscribed_topics if name in SENT]
+        return [
+            Delivery(self.table.outputs[name], SENT[name], t) for name in self.wires.subscribed_topics if name in SENT
+        ]
 
     def heard(self, topic):
         """The first message that has come on a topic."""

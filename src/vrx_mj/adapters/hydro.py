@@ -45,7 +45,7 @@ _WET_DEPTH, _EDGE_TOLERANCE = 1e-9, 1e-6
 
 @contextlib.contextmanager
 def _logging_kept() -> Iterator[None]:
-    """Have Capytaine log its errors alone, and undo what importing it does to the root logger."""
+    """Log only the errors of Capytaine meanwhile, and undo what importing it does to the root logger."""
     root, own = logging.getLogger(), logging.getLogger("capytaine")
     handlers, levels = root.handlers[:], (root.level, own.level)
     own.setLevel(logging.ERROR)

@@ -97,7 +97,7 @@ class _Link:
     heard: float = field(default_factory=time.monotonic)
     """When, by the clock on the wall [s]."""
     said: set[str] = field(default_factory=set)
-    """What was reported already, by keys."""
+    """Keys of what was reported already."""
 
     def drop_repeats(self) -> None:
         """Drop repeats of the frame that is about to be answered: each would be answered too, ahead of the next one."""

@@ -57,7 +57,7 @@ class ProcessPool:
         return wait(workers, timeout=POLL_INTERVAL)
 
     def close(self) -> None:
-        """Nothing is left when the workers have ended."""
+        """Do nothing: an engine of processes has nothing left once its workers have ended."""
 
 
 class RayCluster:
@@ -248,7 +248,7 @@ class _Run:
             worker.submit(chunk)
 
     def _take(self, worker: _Worker) -> Iterator[Result]:
-        """What a worker has: a result, or that it is idle, or has ended."""
+        """Results settled by the next message of a worker: that of a trial, that it is idle, or that it has ended."""
         chunk = self._chunks[worker]
         try:
             result = worker.take()

@@ -40,7 +40,7 @@ _OUTPUT_FILES = (
     "results.csv",
     "index.html",
 )
-"""What a campaign writes into its folder."""
+"""Names that a campaign writes in its folder."""
 _MAX_NAMES = 3
 """How many names a message lists."""
 _PLAN = TypeAdapter(Plan)

@@ -76,7 +76,7 @@ def _nothing() -> None:
 
 @contextlib.contextmanager
 def _same_path() -> Iterator[None]:
-    """Have new interpreters look for packages where this one does, in its order."""
+    """Make new interpreters search the folders of this one for modules, in its order, through PYTHONPATH."""
     before = os.environ.get("PYTHONPATH")
     os.environ["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
     try:
@@ -89,7 +89,7 @@ def _same_path() -> Iterator[None]:
 
 @contextlib.contextmanager
 def signals_held() -> Iterator[None]:
-    """Have Ctrl-C and SIGTERM wait until the end: in between they would leave a process behind that nobody knows of."""
+    """Delay Ctrl-C and SIGTERM until the end: in between they would leave a process behind that nobody knows of."""
     caught: list[int] = []
     try:
         with handle_signals(("SIGINT", "SIGTERM"), caught.append):
@@ -254,7 +254,7 @@ def _sail_here(
     notes: Sequence[warnings.WarningMessage],
     owner: Connection | None,
 ) -> None:
-    """What the process does: its own group, then the trials, each with its own log."""
+    """Main function of the process: a group of its own, then the trials, each with its own log."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if owner is not None:
         owner.close()

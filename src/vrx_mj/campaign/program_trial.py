@@ -76,7 +76,7 @@ def sail_by_program(
 
 def _serve_ros(sim: Simulation, serving: Serving, folder: Path, pilot: _Pilot) -> None:
     from vrx_mj.ros.ros1 import Ros1
-    from vrx_mj.ros.serve import Wanted, serve
+    from vrx_mj.ros.serve import ServeOptions, serve
 
     def start(transports: Sequence[Transport]) -> None:
         for transport in transports:
@@ -88,7 +88,7 @@ def _serve_ros(sim: Simulation, serving: Serving, folder: Path, pilot: _Pilot) -
         rosbridge = bridge if serving.rosbridge else None
         os.environ.pop("ROS_HOSTNAME", None)  # it would go before ROS_IP
         os.environ.update(surroundings(folder, master, rosbridge))
-        wanted = Wanted(ros1=True, rosbridge=rosbridge, rate=serving.rate, lockstep=serving.lockstep)
+        wanted = ServeOptions(ros1=True, rosbridge=rosbridge, rate=serving.rate, lockstep=serving.lockstep)
         serve(sim, wanted, report=_write_line, status=pilot.note, ready=start, over=pilot.is_over)
 
 

@@ -23,14 +23,14 @@ from vrx_mj.outputs import write_files
 FORMAT = 1
 """Version of the files; others are refused."""
 LOG = "log.txt"
-"""What a trial printed, with the traceback of a controller that raised."""
+"""Name of the file of what a trial printed, with the traceback of a controller that raised."""
 DATABASE = "results.sqlite"
 _OLD_RESULT_FILE = "result.json"
-"""What version 0.1 wrote for each cell in place of the database."""
+"""File that version 0.1 wrote for each cell in place of the database."""
 Tree = dict[str, Any]
 """Content of a JSON file."""
 WHAT = "the campaign"
-"""What is written, for messages."""
+"""Name of what is written, in messages."""
 _DATABASE_FORMAT = 2
 _COLUMNS: Mapping[str, str] = {
     **dict.fromkeys(("controller", "world"), "text not null"), "seed": "integer not null",
@@ -87,7 +87,7 @@ class Result:
     """Fingerprint of where the boats ended and how far they went: equal where two seeds gave the same motion."""
     world_sha256: str = ""
     platform: str = ""
-    """What bit-equality depends on."""
+    """Platform, on which bit-equality depends."""
     tracks: Mapping[str, list[list[float]]] = field(default_factory=dict)
     """x and y [m] of each boat's way."""
     recording: str | None = None
@@ -101,7 +101,7 @@ class Result:
         return self.state in {"failed", "lost"}
 
     def outline(self) -> "Result":
-        """It without tracks and the events of its task, as `ResultStore.results` has it."""
+        """The result without tracks and the events of its task, as `ResultStore.results` gives it."""
         return replace(self, tracks={}, task=self.task and {**self.task, "events": ()})
 
     @property

@@ -55,7 +55,7 @@ class RaisedError(VrxError):
     """An error that a controller raised, in words; the error itself is its cause."""
 
 
-class _Watched:
+class _TrackedController:
     """A controller whose boats are tracked, and whose errors are kept apart from ours."""
 
     def __init__(self, cell: Cell, sim: Simulation, tracks: Tracks, stopwatch: Stopwatch) -> None:
@@ -189,7 +189,7 @@ def _summary(trial: Trial, sim: Simulation, folder: Path, tracks: Tracks, stopwa
     simulated = trial.duration or planned_duration(sim)
     if trial.serving is None:
         stopwatch.allow(trial.timeout or _EXTRA_TIME + simulated)
-        return run(sim, trial.duration, controller=_Watched(trial.cell, sim, tracks, stopwatch))
+        return run(sim, trial.duration, controller=_TrackedController(trial.cell, sim, tracks, stopwatch))
     from vrx_mj.campaign.program_trial import sail_by_program  # needs the extra ros1
 
     slower = min(trial.serving.rate or 1.0, 1.0)

@@ -37,7 +37,7 @@ class Worker:
     """Sails trials of a campaign in processes that begin with the world compiled."""
 
     def __init__(self, root: Path, owner: Connection) -> None:
-        """Have no world yet.
+        """Start without a world.
 
         Args:
             root: folder of the campaign.
@@ -166,7 +166,7 @@ class WorkerProcess:
 
 
 def _work(owner: Connection, root: Path, environ: Mapping[str, str], folder: str) -> None:
-    """What a worker's process does: trials as they come, until its owner ends."""
+    """Main function of a worker's process: trials as they come, until its owner ends."""
     _begin_process(environ, folder)
     worker = Worker(root, owner)
     with contextlib.suppress(EOFError, OSError):
@@ -217,7 +217,7 @@ def check_controllers(names: Sequence[str]) -> frozenset[str]:
 
 
 def _check_controller(faults: Connection, name: str, environ: Mapping[str, str], folder: str) -> None:
-    """What that process does: send the fault of a controller, or nothing in words if it takes rows."""
+    """Main function of the process that checks a controller: send its fault, or an empty text if it takes rows."""
     _begin_process(environ, folder)
     log_into(Path(os.devnull))
     try:

@@ -66,7 +66,7 @@ def missing_modules(extra: str) -> list[str]:
 
 
 def installed_first() -> None:
-    """Have Python look where packages are installed first, and in the folders of PYTHONPATH last."""
+    """Move the folders of PYTHONPATH behind those of installed packages in the search path of modules."""
     named = set(_named_folders())
     sys.path.sort(key=lambda entry: Path(entry).resolve() in named)
 

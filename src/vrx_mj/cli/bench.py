@@ -304,7 +304,7 @@ def child_cost(command: list[str], folder: str | None = None) -> tuple[float, fl
 
 
 def compile_seconds(count: int) -> float:
-    """From a fleet to a model that MuJoCo has loaded."""
+    """Time from a fleet to a model that MuJoCo has loaded."""
 
     def load() -> None:
         world = compile_world(SEA, fleet=fleet(count))
@@ -406,7 +406,7 @@ def free_rates() -> tuple[float, float]:
 
 
 def row_cost(many: int, few: int) -> float:
-    """What a row of the engine `free` costs among `many` over what it costs among `few`, on one thread, by turns."""
+    """Cost of a row of the engine `free` among `many` over its cost among `few`, on one thread, measured by turns."""
     pairs = rates(*(batch_of(rows, 1, "free") for rows in (many, few)))
     return statistics.median(among_few / among_many for among_many, among_few in pairs)
 

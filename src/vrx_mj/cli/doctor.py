@@ -123,7 +123,7 @@ def version_row() -> Row:
 
 
 def python_row(version: tuple[int, ...]) -> Row:
-    """The interpreter."""
+    """The Python interpreter, its version and its place."""
     shown = ".".join(map(str, version))
     if version >= _OLDEST_PYTHON and sys.maxsize > 2**32:
         return Row("python", f"{shown} in {sys.prefix}", core=True)
@@ -131,7 +131,7 @@ def python_row(version: tuple[int, ...]) -> Row:
 
 
 def physics_rows() -> Iterator[Row]:
-    """What equal runs need besides the machine: the same physics, and MuJoCo's core, which pip updates by itself."""
+    """Versions on which equal runs depend: that of our physics, and MuJoCo's core, which pip updates by itself."""
     with contextlib.suppress(ImportError):  # the package has a row of its own
         import mujoco
 

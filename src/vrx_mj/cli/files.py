@@ -21,7 +21,7 @@ from vrx_mj.packages import root
 
 if TYPE_CHECKING:
     from vrx_mj.config.base import Config
-    from vrx_mj.formats.gazebo.importing import Imported
+    from vrx_mj.formats.gazebo.importing import ImportResult
     from vrx_mj.formats.series.worlds import SeriesWorld
     from vrx_mj.mjcf.boats import AssembledThruster, Boat
 
@@ -230,7 +230,7 @@ def import_(
         raise CommandError("--strict: some parts are not read")
 
 
-def _write(made: "Imported", folder: Path) -> None:
+def _write(made: "ImportResult", folder: Path) -> None:
     """Write everything, over the files of an earlier import but over no others."""
     from vrx_mj.formats.gazebo.importing import HEAD, TABLE, TITLE
 

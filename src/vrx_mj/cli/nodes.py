@@ -61,7 +61,7 @@ def main() -> None:
 
 
 def _serve(words: Sequence[str], folder: Path) -> list[Words]:
-    """One of VRX's own launch files."""
+    """Words that serve one of VRX's own launch files."""
     name, given = words[0], _named_arguments(words[1:])
     options = _options(given)
     for key in ("world", "urdf"):

@@ -74,7 +74,7 @@ def example(text: str | None) -> str | None:
 
 
 def convert_lightly(parameter: Any) -> None:
-    """Have a parameter's words converted here, where this typer lets them and the type is a plain one."""
+    """Convert a parameter's words here, where this typer allows that and the type is a plain one."""
     if getattr(parameter, "_runtime_param", False) is None:
         annotation = parameter.type_descriptor.annotation
         kind = get_args(annotation)[0] if get_origin(annotation) is list else annotation

@@ -284,10 +284,10 @@ def _compile_and_serve(
 
             load_rclpy()
         from vrx_mj.ros.network import checked_origins
-        from vrx_mj.ros.serve import Wanted
+        from vrx_mj.ros.serve import ServeOptions
         from vrx_mj.ros.serve import serve as run
 
-        services = Wanted(**wanted | {"origins": checked_origins(wanted["origins"])})
+        services = ServeOptions(**wanted | {"origins": checked_origins(wanted["origins"])})
     from vrx_mj.cli.sailing import recording
     from vrx_mj.runtime.simulation import Simulation
 
@@ -368,7 +368,7 @@ class _Log(logging.Handler):
     """Prints warnings of the network thread."""
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Show it."""
+        """Show a line of the log."""
         _log_line({"WARNING": "WARN"}.get(record.levelname, record.levelname), record.getMessage())
 
 

@@ -98,7 +98,7 @@ class _NoPandas(MetaPathFinder):
 
 
 def _lean_pyarrow() -> None:
-    """Have pyarrow look for pandas, which it does once, without finding it: loading it takes 0.2 s and 40 MB.
+    """Import pyarrow, and hide pandas while it looks for that, once: loading pandas takes 0.2 s and 40 MB.
 
     Its own memory pool keeps 15 MB of what was freed; the system's does not.
     """
@@ -114,7 +114,7 @@ def _lean_pyarrow() -> None:
 
 
 def steering(control: str | None, thrust: str | None) -> Callable[[Simulation], Controller | None]:
-    """From `--control` or `--thrust` to what makes the controller of a simulation: without either, the fleet's own.
+    """Maker of a simulation's controller, by `--control` or `--thrust`; without either, of the fleet's own.
 
     Raises:
         CommandError: both are given, or the thrust is not of its form.

@@ -82,7 +82,7 @@ class Only(NamedTuple):
         return selected in self.values if self.values else selected is not None
 
     def fault(self, selected: object, value: object) -> PydanticCustomError | None:
-        """What is wrong with a given value of the field beside one of the other field; None for either: not given."""
+        """Error in the value of the field beside that of the other field, if any; None stands for a field not given."""
         allowed = self.allows(selected)
         if allowed is (value is not None) or (allowed and not self.required):
             return None

@@ -316,7 +316,7 @@ def _dock_faults(lines: Sequence[str]) -> list[tuple[int, int, str]]:
     return [(*place, f"row {place[0]}, column {place[1]}: {found[place]}") for place in sorted(found)][:_MAX_FAULTS]
 
 
-class Placed(InFolder):
+class PosedEntry(InFolder):
     """Something with a name and a pose, in a world or as part of a composite object."""
 
     name: Name
@@ -361,7 +361,7 @@ class MooringConfig(Config):
     damping: Annotated[float, NumberOf(Mooring, "damping")] = 2000.0
 
 
-class DockPlacement(Placed):
+class DockPlacement(PosedEntry):
     """A dock at a pose."""
 
     layout: _Drawing

@@ -83,7 +83,7 @@ def _read_parts(kind: str, text: str, near: Path | None) -> None:
         read(contained_file(text, near), kind)
 
 
-class _Built(InFolder):
+class _BoatKeys(InFolder):
     """Keys of a fleet and of a single boat of it."""
 
     folder_keys: ClassVar = {"folder": "robot", "thrusters_folder": "thrusters", "components_folder": "components"}
@@ -108,7 +108,7 @@ class _Built(InFolder):
     """Class of the AIS transponder, A or B; by default B for hulls shorter than 20 m."""
 
 
-class BoatEntry(_Built):
+class BoatEntry(_BoatKeys):
     """Settings of a single boat, identified by its name or by its place in the list."""
 
     name: Name | None = None
@@ -173,7 +173,7 @@ Origin = Annotated[
 ]
 
 
-class FleetConfig(Layout, _Built, FromFile):
+class FleetConfig(Layout, _BoatKeys, FromFile):
     """A fleet's file. Boats are numbered `wamv1 ... wamvN` unless `boats` names them."""
 
     name: str = "fleet"
@@ -252,11 +252,11 @@ def _boat(fleet: FleetConfig, spawn: SpawnConfig, slot: Slot) -> BoatConfig:
 
     A robot that has not the layout of the world has its own first one.
     """
-    levels: list[_Built] = [slot.entry, fleet] if slot.entry else [fleet]
+    levels: list[_BoatKeys] = [slot.entry, fleet] if slot.entry else [fleet]
     given: dict[str, Any] = {"robot": spawn.robot, "folder": spawn.folder}
-    for key in (key for key in _Built.model_fields if key not in {*_Built.folder_keys, "arguments", "sensors"}):
+    for key in (key for key in _BoatKeys.model_fields if key not in {*_BoatKeys.folder_keys, "arguments", "sensors"}):
         if level := next((level for level in levels if getattr(level, key) not in (None, "")), None):
-            folders = (name for name, owner in _Built.folder_keys.items() if owner == key)
+            folders = (name for name, owner in _BoatKeys.folder_keys.items() if owner == key)
             given |= {name: getattr(level, name) for name in (key, *folders)}
     robot = given["robot"]
     if "thrusters" not in given:
@@ -272,7 +272,7 @@ def _boat(fleet: FleetConfig, spawn: SpawnConfig, slot: Slot) -> BoatConfig:
     )
 
 
-def _arguments(levels: Sequence[_Built | SpawnConfig]) -> dict[str, str]:
+def _arguments(levels: Sequence[_BoatKeys | SpawnConfig]) -> dict[str, str]:
     """The arguments of the level that names the robot, and of those before it on top."""
     found: dict[str, str] = {}
     for level in levels:
@@ -282,7 +282,7 @@ def _arguments(levels: Sequence[_Built | SpawnConfig]) -> dict[str, str]:
     return found
 
 
-def _sensors(levels: Sequence[_Built], robot: str, spawn: SpawnConfig) -> tuple[str, ...] | None:
+def _sensors(levels: Sequence[_BoatKeys], robot: str, spawn: SpawnConfig) -> tuple[str, ...] | None:
     """The sensors of the boat or fleet, or else those of a component file, or else the world's for its own robot."""
     for level in levels:
         if level.sensors is not None or level.components is not None:

@@ -40,12 +40,12 @@ _DEFAULTS: Mapping[str, Mapping[str, Any]] = {
 
 
 class FileKind(NamedTuple):
-    """What a file is."""
+    """Kind of file, as messages describe it."""
 
     name: str
-    """What a message calls it."""
+    """Name of the kind in messages."""
     use: str = ""
-    """What takes it; FILE is its path."""
+    """What to do with such a file instead; FILE is its path."""
 
 
 FORMATS = {end: FileKind(*words) for end, words in _TABLES["formats"].items()}
@@ -90,9 +90,9 @@ def other_kind(kind: str, section: Mapping[str, object]) -> str | None:
 
 @dataclass(frozen=True)
 class Reader:
-    """What turns files of others into documents of ours; functions are named as `module:name` below the package.
+    """Reader of files of others as documents of ours; functions are named as `module:name` below the package.
 
-    That of `names` gives the message about a name of VRX's instead.
+    The function of kind `names` gives the message about a name of VRX's instead.
     """
 
     kind: str
@@ -130,7 +130,7 @@ def function_of(kind: str, source: object, *, find: bool = False) -> Callable[..
 
 
 def needs(kind: str) -> str:
-    """What a file of a kind is, for a message to who gives another; formats are those of its readers."""
+    """Description of files of a kind, for a message about another file; formats are those of its readers."""
     readers: Sequence[Reader] = resolve_name(f"{_FORMATS}:READERS")
     ends = [mark for reader in readers if reader.kind == kind for mark in reader.marks if mark.rfind(".") == 0]
     return NEEDS[kind].replace("ENDS", one_of(ends)) if ends else NEEDS[kind]

@@ -154,7 +154,7 @@ def check(info: ValidationInfo, load: Callable[[], object]) -> None:
 
 
 def loads(load: Callable[[Any, Path | None], object], folder: str = "folder") -> AfterValidator:
-    """Has what a field names loaded by `load(name, near)`, where the field `folder` has the folder `near`."""
+    """Validator that loads what a field names by `load(name, near)`; the field `folder` has the folder `near`."""
 
     def load_named(value: object, info: ValidationInfo) -> object:
         check(info, lambda: load(value, info.data.get(folder)))

@@ -12,7 +12,7 @@ from pydantic import Field, field_validator
 from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.config.base import Config, Fault, Faults, InFolder, Only, duplicate_names, exclusive
-from vrx_mj.config.docks import DockPlacement, LightConfig, Placed, Symbol, dock_geometry
+from vrx_mj.config.docks import DockPlacement, LightConfig, PosedEntry, Symbol, dock_geometry
 from vrx_mj.config.loading import Loading, document, loads, referenced_file, validate
 from vrx_mj.config.search import display, kind_name
 from vrx_mj.config.shapes import BuoyancyConfig, Shape, Visual
@@ -258,7 +258,7 @@ class RopeConfig(Config):
     """Damping [N s/m]; by default critical."""
 
 
-class Placement(Placed):
+class Placement(PosedEntry):
     """An object at a pose."""
 
     model: str

@@ -165,7 +165,7 @@ class _Partial(Config):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **_: object) -> None:
-        """No field has a default other than that it is not given."""
+        """Make None the default of every field: it is not given."""
         for field in cls.model_fields.values():
             field.default = None
 

@@ -118,7 +118,7 @@ class Place(NamedTuple):
     column: int | None = None
 
     def problem(self, key: str, message: str) -> Problem:
-        """What is wrong with a key there."""
+        """Problem of a key at this place."""
         return Problem(self.file.name, self.line, self.column, key, message)
 
 
@@ -144,7 +144,7 @@ class Section(dict[str, Any]):
         self.entries = dict.fromkeys(values, Entry(place, place)) if entries is None else entries
 
     def holding(self, values: Mapping[str, object]) -> "Section":
-        """Other values at these places."""
+        """Section with other values at these places."""
         return Section(values, self.place, self.entries)
 
     @property

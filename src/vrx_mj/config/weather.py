@@ -191,7 +191,7 @@ class SpectrumTable(NamedTuple):
 
     @property
     def significant_height(self) -> float:
-        """4 sqrt(m0) [m], by the trapezoidal rule."""
+        """Significant height 4 sqrt(m0) [m], by the trapezoidal rule."""
         f, s = self.frequencies, self.densities
         areas = (0.5 * (f[i + 1] - f[i]) * (s[i] + s[i + 1]) for i in range(len(f) - 1))
         return 4.0 * math.sqrt(math.fsum(areas))

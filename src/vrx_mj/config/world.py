@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field, Tag, field_validator, model_validat
 from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.config.base import Config, Fault, Faults, FromFile, InFolder, Only, duplicate_names
-from vrx_mj.config.docks import DockPlacement, Placed
+from vrx_mj.config.docks import DockPlacement, PosedEntry
 from vrx_mj.config.kinds import CLASSIC, DEFAULT, MARINE, Profile, on_its_profile
 from vrx_mj.config.loading import Loading, Source, check, document, loads, validate
 from vrx_mj.config.objects import FieldConfig, Placement
@@ -260,7 +260,7 @@ class WorldConfig(FromFile):
         return found
 
     def _of_marine(self) -> Iterator[tuple[Loc, str]]:
-        """What the file gives that only worlds of profile `marine` have: where, and in words."""
+        """Places and names of all that the file gives and that only worlds of profile `marine` have."""
         for number, item in enumerate(self.objects):
             if item.mooring is not None:
                 yield ("objects", number, "mooring"), "a mooring"
@@ -270,8 +270,8 @@ class WorldConfig(FromFile):
             yield ("current",), "a current"
 
     @property
-    def placements(self) -> tuple[Placed, ...]:
-        """Its objects and docks."""
+    def placements(self) -> tuple[PosedEntry, ...]:
+        """Objects and docks of the world."""
         return (*self.objects, *self.docks)
 
 

@@ -111,9 +111,9 @@ def level_points(
 
 
 def lidar_points(now: Moment, pause: Pause, period: float, *, reach: float) -> FloatArray | None:
-    """What a boat's lidar sees, as `level_points`; None before a pause, which lasts a period [s], is over, or without.
+    """Points of a boat's lidar, as `level_points`; None before a pause is over, which lasts a period [s].
 
-    A planar lidar counts as none.
+    None also without a lidar; a planar one does not count.
     """
     name = sensor_named(now.boat, "lidar")
     if name is None or not pause.is_over(now.t):
@@ -323,7 +323,7 @@ def mounting(reading: Any) -> tuple[FloatArray, FloatArray]:
 
 
 def intrinsics(reading: "Reading") -> FloatArray:
-    """(3, 3) intrinsic matrix of a camera [pixels]."""
+    """Intrinsic matrix (3, 3) of a camera [pixels]."""
     return np.asarray(reading.data.info.K, np.float64).reshape(3, 3)
 
 
@@ -440,7 +440,7 @@ def _hue(pixel: FloatArray) -> str:
 
 
 def middle_part(mask: BoolArray) -> BoolArray:
-    """What of a mask is joined, along columns and then along rows, to its most crowded ones near the middle."""
+    """Part of a mask that is joined, along columns and then along rows, to its fullest ones near the middle."""
     columns = _middle_run(mask.sum(axis=0))
     part = np.zeros_like(mask)
     part[:, columns] = mask[:, columns]

@@ -318,14 +318,12 @@ class Channel(Skipper):
         """The nearest buoy of unknown kind, `within` a distance [m], that is not given up and may be of the course."""
         unknown = [buoy for buoy in self.lookout.map.sure if not buoy.kind]
         known = (buoy for buoy in unknown if buoy.looks < _MAX_LOOKS and buoy.tried < _LOOK_TIME and buoy.seen > 3)
-        known = (buoy for buoy in known if self._new(buoy.place) and self._may_be_course(buoy.place))
+        known = (buoy for buoy in known if self._new(buoy.place))
+        if not self._done:  # no gate shows yet where the course is
+            known = (buoy for buoy in known if Roam(*self._start, 0.0).may_be_course(buoy.place, 150.0))
         unsure = [buoy.place for buoy in unknown]
         near = (buoy for buoy in known if math.dist(buoy.place, here) < within and not in_a_row(buoy.place, unsure))
         return nearest(near, here)
-
-    def _may_be_course(self, place: Point) -> bool:
-        """Whether something may be of the course, as long as no gate shows where that is."""
-        return bool(self._done) or Roam(*self._start, 0.0).may_be_course(place, 150.0)
 
     def _look_around(self, now: Moment) -> Commands:
         """Turn on the spot."""

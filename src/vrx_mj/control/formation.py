@@ -53,7 +53,7 @@ _STEADY_SPEED = 0.5
 _HOLD_SPEED = 0.3
 """A pilot holds slots slower than this [m/s]: bow first, a boat would go around them for ever."""
 _HOLD_DISTANCE = 5.0
-"""It does so within this distance from the slot [m]."""
+"""A pilot holds such a slot within this distance from it [m]."""
 _SKID_LEAD = 1.5
 """Share of the error of velocity by which the bow leads: a WAM-V skids on for 7 s, its mass over its drag."""
 _MAX_ASTERN_SPEED = 0.3
@@ -98,7 +98,7 @@ class Muster:
 
 
 class Leader:
-    """What the others of a formation follow."""
+    """Leader of a formation: a boat, or a virtual one."""
 
     name: str | None = None
     """Name of the boat that leads; None of a virtual leader."""

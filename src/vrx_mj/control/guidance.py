@@ -33,7 +33,7 @@ _MAX_YAW_RATE = 0.8
 _ARRIVAL_LENGTHS = 0.5
 """A boat stops within this many lengths of its place: it cannot come nearer without turning on the spot."""
 _RETURN_LENGTHS = 1.0
-"""It goes back once it is this many lengths away."""
+"""A boat that stopped goes back once it is this many lengths from its place."""
 _REST_SPEED = 0.05
 """Velocities below this count as 0 [m/s]."""
 _SLIDING_SPEED = 0.3
@@ -170,7 +170,7 @@ class Track:
     """A line through points, by its length; it goes on straight before its start and beyond its end."""
 
     def __init__(self, points: Sequence[Point]) -> None:
-        """At least two points apart, east and north [m]."""
+        """Draw the line through points, east and north [m], at least two of them apart."""
         self._points = [points[0]]
         self._shift = (0.0, 0.0)
         self._lengths = [0.0]

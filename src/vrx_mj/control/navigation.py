@@ -309,7 +309,7 @@ def true_estimate(boat: "BoatObservation") -> Estimate:
     return Estimate(x, y, z, _heading(turned), vx, vy, turn, turned)
 
 
-class Located(NamedTuple):
+class Odometry(NamedTuple):
     """Where a boat's `base_link` is and how it moves."""
 
     position: FloatArray
@@ -326,9 +326,9 @@ class Located(NamedTuple):
     """Covariance (6, 6) of velocity and spin, along and about the body's axes."""
 
 
-def truly_located(boat: "BoatObservation") -> Located:
+def true_odometry(boat: "BoatObservation") -> Odometry:
     """Where a boat really is."""
-    return Located(boat.position, rotation_matrix(boat.quaternion), boat.velocity, boat.angular_velocity)
+    return Odometry(boat.position, rotation_matrix(boat.quaternion), boat.velocity, boat.angular_velocity)
 
 
 class Localizer:
@@ -348,7 +348,7 @@ class Localizer:
         self.fixed = -np.inf, np.zeros(3), _NO_COVARIANCE
         """Time of the last fix, the place of `base_link` by it alone [m], and its covariance, in the world's axes."""
 
-    def __call__(self, boat: "BoatObservation", t: float) -> Located:
+    def __call__(self, boat: "BoatObservation", t: float) -> Odometry:
         """Where the boat is at the time `t` [s]."""
         fix, inertia = boat.sensors[self._gps.name], boat.sensors[self._imu.name]
         if inertia.time != self._turned:
@@ -361,7 +361,7 @@ class Localizer:
         place = self._spread + self._drift + age**2 * unsteady
         motion = turned.T @ (unsteady + _lever(self._velocity, slanted)) @ turned
         position, velocity = self._position + age * self._velocity, turned.T @ self._velocity
-        return Located(position, turned, velocity, self._spin, _joint(place, slanted), _joint(motion, unsure))
+        return Odometry(position, turned, velocity, self._spin, _joint(place, slanted), _joint(motion, unsure))
 
     def _feel(self, reading: "Reading") -> None:
         """See how the boat shakes."""
@@ -411,18 +411,18 @@ class Localizer:
         return turned, slanted + age**2 * turned @ swing @ turned.T, unsure
 
     def _in_world(self, variance: FloatArray) -> FloatArray:
-        """(3, 3) covariance in the world's axes of errors along east, north and up."""
+        """Covariance (3, 3) in the world's axes of errors along east, north and up."""
         covariance: FloatArray = self._axes * variance @ self._axes.T
         return covariance
 
 
 def _lever(arm: FloatArray, covariance: FloatArray) -> FloatArray:
-    """(3, 3) covariance of the end of a lever whose turns have a covariance."""
+    """Covariance (3, 3) of the end of a lever whose turns have a covariance."""
     across = np.cross(arm, np.eye(3))
     moved: FloatArray = across @ covariance @ across.T
     return moved
 
 
 def _joint(one: FloatArray, other: FloatArray) -> FloatArray:
-    """(6, 6): two covariances as one of six errors."""
+    """Two covariances as one (6, 6) of six errors."""
     return np.block([[one, np.zeros((3, 3))], [np.zeros((3, 3)), other]]) + _NO_COVARIANCE

@@ -74,7 +74,7 @@ class Blob:
 
 @dataclass(frozen=True)
 class Kind:
-    """What something is."""
+    """Kind of a thing that was recognized."""
 
     type: str
     """Name of its type in reports."""

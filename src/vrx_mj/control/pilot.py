@@ -146,7 +146,7 @@ def task_of(obs: Mapping[str, Any]) -> "TaskObservation":
 
 
 class Moment(NamedTuple):
-    """What a controller decides by."""
+    """Data by which a controller decides, at one moment."""
 
     boat: "BoatObservation"
     """Observation of its boat."""

@@ -52,7 +52,7 @@ _SIDE_SLOPES = tuple(np.linspace(-0.3, 0.3, 9))
 """Slopes that the sides of symbols may have in a picture, in waves."""
 
 OFF = "off"
-"""What `lamp_color` returns for a dark lamp."""
+"""Value of `lamp_color` for a dark lamp."""
 _MIN_LAMP_PIXELS = 4
 """Least number of pixels of one colour of a lit lamp."""
 _LAMP_PURITY = 0.6
@@ -340,7 +340,7 @@ class Tower:
     since: float = math.inf
     """Time at which the boat first went to it [s]."""
     shows: list[tuple[float, str]] = field(default_factory=list)
-    """What was seen when it was watched: time [s] and colour."""
+    """Times [s] and colours of the looks at the light."""
     rejected: bool = False
     """Whether it was found to be no light buoy."""
 

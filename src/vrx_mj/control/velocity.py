@@ -145,7 +145,7 @@ def _pushes_every_way(matrix: FloatArray) -> bool:
 
 
 def _columns(thrusters: "Mapping[str, Propeller]", steered: Sequence[str], centre: float) -> FloatArray:
-    """(3, n): surge, sway and yaw of a unit force of each thruster; one that steers has a second column, across."""
+    """Surge, sway and yaw (3, n) of a unit force of each thruster; one that steers has a second column, across."""
     columns: list[list[float]] = []
     for name, thruster in thrusters.items():
         (x, y, _), (ahead, left, _) = thruster.position, thruster.direction

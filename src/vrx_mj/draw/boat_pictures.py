@@ -32,7 +32,7 @@ _COLUMNS, _ROWS = 95, 40
 _FEW_PARTS = 20
 """Up to this number all parts have their names beside them; of more parts, those that fit."""
 BOAT = (np.array([-3.0, -1.7, -0.85]), np.array([2.8, 1.7, 2.45]))
-"""What is always shown: the WAM-V with its engines, and its boxes [m]."""
+"""Corners [m] of the box that is always shown: the WAM-V with its engines and its boxes."""
 REACH = 3.0
 """How far beyond that the picture grows for parts; any that is farther is drawn at its edge [m]."""
 _HULL = (

@@ -62,7 +62,7 @@ class Chart:
     y: str
     """Name and unit of the ordinate."""
     series: Sequence[Series]
-    """What is drawn, the first below the others."""
+    """Series of the chart, the first below the others."""
     equal: bool = False
     """Whether both axes have the same scale, as for tracks."""
 

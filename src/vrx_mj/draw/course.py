@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 _Point = tuple[float, float]
 _DARK = ("off", "off", "off")
 _NO_FLEET = "single"
-"""What the compiler calls the one boat of a world without a fleet."""
+"""Name that the compiler gives the one boat of a world without a fleet."""
 
 
 @dataclass(frozen=True)
@@ -157,7 +157,7 @@ def nice_length(most: float) -> float:
 
 
 def course_of(world: Parameters) -> Course:
-    """What the task of a world lays out; swimmers and lights also where it has no task."""
+    """Layout of the task of a world; animals, lights and their paths also where it has no task."""
     task, poses = world.task, poses_of(world)
     return Course(
         gates=tuple(_gates(task, poses)),
@@ -171,7 +171,7 @@ def course_of(world: Parameters) -> Course:
 
 
 def symbols_of(world: Parameters) -> dict[str, str]:
-    """What every placard of a world shows, by its name: what the task makes it show, or what it shows by itself."""
+    """Symbol of every placard of a world, by name: the one that the task makes it show, or its own."""
     wanted = {bay.placard: bay.symbol for bay in tasks.parts_of(world.task, tasks.Bay)}
     return {placard.name: wanted.get(placard.name, placard.symbol) for placard in world.placards}
 
@@ -250,7 +250,7 @@ def _beacons(task: tasks.Task | None, poses: Mapping[str, Pose]) -> Iterator[Bea
 
 
 def _showings(task: tasks.Task | None, poses: Mapping[str, Pose]) -> Iterator[Showing]:
-    for item in tasks.parts_of(task, tasks.Shown):
+    for item in tasks.parts_of(task, tasks.ShownObject):
         assert task is not None
         x, y, *_ = ahead_of(poses[task.boat], item.pose)
         yield Showing(item.name, item.type, x, y, item.time, item.time + item.duration)
@@ -322,7 +322,7 @@ class MapScene:
     """Wind and waves, where there are any."""
     placards: tuple[MapPlacard, ...] = ()
     course: Course = _EMPTY
-    """What the task lays out."""
+    """Layout of the task."""
     x_from_east: float = 0.0
     """Direction of the x axis [rad], counter-clockwise from east."""
 

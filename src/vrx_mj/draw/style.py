@@ -96,7 +96,7 @@ class Thing:
     """Something that names must not cover, round it `radius`; lengths in m, world frame."""
 
     name: str
-    """What to write beside it; empty for nothing."""
+    """Text beside it; empty for none."""
     x: float
     y: float
     radius: float

@@ -124,7 +124,7 @@ class Pilot:
         return {boat: engine_commands(self._engines[boat], wheel) for boat, wheel in self.wheels.items()}
 
     def reset(self) -> None:
-        """Let go of all boats."""
+        """Forget the wheels of all boats, so that they get no commands."""
         self.wheels.clear()
 
     def _wheel_after(self, key: str) -> Wheel | None:

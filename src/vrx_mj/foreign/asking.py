@@ -45,7 +45,7 @@ ENVIRONMENT = {
 """All that it knows of the environment: each thread's stack counts as memory."""
 PACKAGE = "vrx_mj"
 _MEMORY, _SECONDS, ANSWER = 512 << 20, 10, 128 << 20
-"""What a job may take unless its caller says otherwise: memory [bytes], processor time [s], bytes of the answer."""
+"""Limits of a job unless its caller gives others: memory [bytes], processor time [s], bytes of the answer."""
 TOGETHER = {TIME: 120, TEXT: 1 << 10, NOTES: 100_000}
 """Limits on all files of a command together: processor time of reading, text of questions and answers, and notes, which
 are warnings and rows of the table of an import."""
@@ -295,7 +295,7 @@ def ask(
 
 
 def ask_ahead(job: str, calls: Iterable[Sequence[object]], about: str) -> None:
-    """Have some calls of a function that reads no file answered by one question: `ask` has their answers then.
+    """Ask for several calls of a function that reads no file in one question: `ask` has their answers then.
 
     If they take too much together there are none, and each is asked for by itself.
     """

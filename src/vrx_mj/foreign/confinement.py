@@ -111,7 +111,7 @@ def confine(folders: Sequence[str], libraries: Sequence[str], limits: Limits) ->
 
 
 def _limit(memory: int, seconds: int, *, threads: bool = True) -> None:
-    """Let this process take at most so many bytes and seconds of processor time more; only where the system can.
+    """Limit this process to so many more bytes and seconds of processor time; only where the system can.
 
     It writes no byte into a file, and starts no process, nor a thread without `threads`.
     """
@@ -168,7 +168,7 @@ def _below(path: str, folders: Sequence[str]) -> bool:
 
 
 def lock_files(folders: Sequence[str]) -> bool:
-    """Let this process, native code too, read files below some folders, and open no others and no TCP connection.
+    """Restrict this process, native code too, to files below some folders: it opens no others and no TCP connection.
 
     Returns whether the system can: Linux, from 5.13 on.
     """

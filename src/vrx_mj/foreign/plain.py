@@ -41,7 +41,7 @@ class Job(TypedDict):
 
 
 class Answer(TypedDict, total=False):
-    """What a job comes to: a value, an error or a fault of its reader; warnings; and the files that it depends on."""
+    """Outcome of a job: a value, an error or a fault of its reader; warnings; and the files that it depends on."""
 
     value: object
     error: tuple[str, object]
@@ -64,7 +64,7 @@ def pack(value: object) -> bytes:
 
 
 def _plain(value: Any, blobs: list[bytes]) -> Any:
-    """What JSON does not know as what it knows."""
+    """A value that JSON does not know, as one that it knows."""
     if dataclasses.is_dataclass(value):
         return {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.init}
     if hasattr(value, "model_fields_set"):

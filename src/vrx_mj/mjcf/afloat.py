@@ -58,9 +58,9 @@ _MAX_SHIFT = 200.0
 _CLEARANCE = 1.0
 """Distance from an object's origin to keep in addition to the margin [m]."""
 _ADVICE = "move it, or let `--nudge` (in Python `nudge=True`) move it to the nearest free place"
-"""What to do about a boat that is not afloat, in messages."""
+"""Advice on a boat that is not afloat, in messages."""
 _LAND = "land"
-"""What messages call the ground."""
+"""Name of the ground in messages."""
 
 
 def free_origin(

@@ -22,7 +22,7 @@ from vrx_mj.formats.urdf.model import Urdf
 from vrx_mj.formats.urdf.reader import MeshFiles, in_namespace, read_urdf, with_file_uris
 from vrx_mj.formats.urdf.xml_document import has_xacro, read_bytes
 from vrx_mj.mjcf.boats import Boat, assemble_boat, with_places
-from vrx_mj.mjcf.flotation import DENSITY, LINES, Derived, derived_floats, derived_lines
+from vrx_mj.mjcf.flotation import DENSITY, LINES, DerivedValues, derived_floats, derived_lines
 from vrx_mj.packages import root
 
 _SHOWN_NOTES = 12
@@ -243,7 +243,7 @@ def _with_hydrodynamics(
 
 
 def _derivation_notes(
-    guess: Derived, given: Mapping[str, Any], known: Collection[str], hull: MarineHullConfig | None
+    guess: DerivedValues, given: Mapping[str, Any], known: Collection[str], hull: MarineHullConfig | None
 ) -> list[str]:
     """Text of a warning about what was derived; the waterline and the draft represent the floats.
 

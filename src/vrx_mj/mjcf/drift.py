@@ -232,7 +232,7 @@ class HullInWaves:
         return np.asarray((1.0 - 4.0 * speed.along)[:, None] * np.stack(met, axis=1), np.float64)
 
     def every(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """Of values (n m, ...), those at every `_STRIDE`-th frequency."""
+        """Every `_STRIDE`-th frequency of values (n m, ...)."""
         return values.reshape(-1, self.angles, values.shape[1])[_STRIDE - 1 :: _STRIDE].reshape(-1, values.shape[1])
 
     def at_all(self, values: FloatArray) -> FloatArray:

@@ -291,7 +291,7 @@ def hull_sheet(
 
 
 @dataclass(frozen=True)
-class Derived:
+class DerivedValues:
     """Fields of `HydrodynamicsConfig`, and remarks about them."""
 
     values: dict[str, object]
@@ -303,7 +303,7 @@ class Derived:
     """Point where the water pushes [m], for `Boat.pushed`."""
 
 
-def derived_lines(boat: Boat) -> Derived:
+def derived_lines(boat: Boat) -> DerivedValues:
     """VRX's two lines of floats for a boat of which only shapes and mass are known.
 
     Length and beam are those of the box around what collides, or else is seen; the floats' radius gives a lift of
@@ -319,10 +319,10 @@ def derived_lines(boat: Boat) -> Derived:
         "boat_width": _LINE_SPREAD * beam,
         "boat_length": length,
     }
-    return Derived(floats | _resistance(length))
+    return DerivedValues(floats | _resistance(length))
 
 
-def derived_floats(boat: Boat, density: float, stations: int) -> Derived:
+def derived_floats(boat: Boat, density: float, stations: int) -> DerivedValues:
     """Floats that lift as the volume of the boat's shapes does in water of a density [kg/m3]; drag is scaled.
 
     Upright at rest the draft, the displacement, the centre of buoyancy, the waterplane's area and both metacentric
@@ -351,7 +351,7 @@ def derived_floats(boat: Boat, density: float, stations: int) -> Derived:
     length = float(np.ptp(corners[:, :, 0]))
     floats, lift = _floats(wet, wanted, max(whole, wanted), stations, _MAX_LIFT_HEIGHT * length)
     values = floats | {"boat_length": length} | _resistance(length)
-    return Derived(values, rest, (*notes, *wet.remarks(body.center)), (0.0, 0.0, lift))
+    return DerivedValues(values, rest, (*notes, *wet.remarks(body.center)), (0.0, 0.0, lift))
 
 
 def _floats(wet: Flotation, volume: float, whole: float, stations: int, most: float) -> tuple[dict[str, object], float]:

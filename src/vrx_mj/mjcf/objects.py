@@ -110,7 +110,7 @@ class PlacedDock:
 
     @property
     def geometry(self) -> DockGeometry:
-        """Its bays, placards and holes, in its own frame."""
+        """The dock's bays, placards and holes, in its own frame."""
         return dock_geometry(self.config)
 
 

@@ -91,14 +91,14 @@ class Piece:
         return dict.fromkeys(_SECTIONS, "") | {name: block.rstrip() for name, block in blocks.items()} | {"tail": rest}
 
     def block(self, name: str, detail: Detail = Detail.WHOLE) -> str:
-        """One of its blocks, of `bodies` what a detail has of them."""
+        """A block of the piece, of `bodies` what a detail has of them."""
         if name != "bodies" or detail is Detail.WHOLE:
             return self.blocks[name]
         return self._visuals if detail is Detail.VISUALS else self._details[detail]
 
     @cached_property
     def _details(self) -> Mapping[Detail, str]:
-        """Its bodies without cameras and visual shapes, and without any shape."""
+        """Bodies of the piece without cameras and visual shapes, and without any shape."""
         root = _parse(self.blocks["bodies"])
         return {
             Detail.WITHOUT_VISUALS: _text_without(root, _is_visual),
@@ -107,7 +107,7 @@ class Piece:
 
     @cached_property
     def _visuals(self) -> str:
-        """Its bodies without shapes that can collide."""
+        """Bodies of the piece without shapes that can collide."""
         return _text_without(_parse(self.blocks["bodies"]), lambda one: _is_shape(one) and not _is_visual(one))
 
     @cached_property
@@ -123,7 +123,7 @@ class Piece:
 
     @cached_property
     def assets(self) -> Mapping[str, Mapping[Detail, str]]:
-        """Its assets, an element each, with what a detail has of each."""
+        """Assets of the piece, an element each, with what a detail has of each."""
         shapes = [*_parse(self.blocks["bodies"]).iter("geom")]
         solid, seen = (
             {shape.get("mesh") for shape in shapes if _is_visual(shape) is visual} for visual in (False, True)
@@ -180,7 +180,7 @@ class Part:
         return text.replace(PREFIX, escape(f"{self.name}/"[skipped:]))
 
     def bodies(self, detail: Detail, skipped: int = 0) -> str:
-        """Its bodies in their frame; names lack the first `skipped` characters."""
+        """Bodies of the piece in their frame; names lack the first `skipped` characters."""
         text = self.block("bodies", detail, skipped=skipped)
         return f"\n    {self._frame}{text}\n    </frame>" if self.pose else text
 
@@ -190,7 +190,7 @@ class Part:
 
     @cached_property
     def assets(self) -> Mapping[str, Mapping[Detail, str]]:
-        """Its assets, an element each, with what a detail has of each."""
+        """Assets of the piece, an element each, with what a detail has of each."""
         return {
             self._rename(line): {detail: self._rename(left) for detail, left in lefts.items()}
             for line, lefts in self.piece.assets.items()
@@ -289,7 +289,7 @@ class Pieces:
             _COMPILED.add(one.digest)
 
     def text(self) -> str:
-        """The MJCF."""
+        """The MJCF of the world."""
         return self._document(self.parts, Detail.WHOLE)
 
     def spec(self, detail: Detail = Detail.WHOLE) -> mujoco.MjSpec:
@@ -349,7 +349,7 @@ class Pieces:
         return _document(**{**self.own.blocks, **pairs, "assets": _lines(self._elements(detail)), "bodies": bodies})
 
     def _elements(self, detail: Detail) -> Iterable[str]:
-        """Its assets with what a detail leaves in them."""
+        """Assets of the piece with what a detail leaves in them."""
         if detail is Detail.WHOLE:
             return self.assets
         return filter(None, (lefts.get(detail) for lefts in self.assets.values()))

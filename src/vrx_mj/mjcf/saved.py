@@ -216,7 +216,7 @@ _PieceFile = Annotated[str, StringConstraints(pattern=r"^piece_[0-9a-f]{16}\.xml
 
 
 @record
-class _Placed:
+class _SavedPart:
     """A piece and its place in a world."""
 
     name: Annotated[str, StringConstraints(min_length=1, max_length=_MAX_NAME)]
@@ -233,7 +233,7 @@ class _Index:
 
     own: _PieceFile
     """File of the world's own piece."""
-    parts: Annotated[tuple[_Placed, ...], Field(max_length=100_000), FailFast()]
+    parts: Annotated[tuple[_SavedPart, ...], Field(max_length=100_000), FailFast()]
     """Parts of the world, in the order of the MJCF."""
 
 
@@ -242,7 +242,7 @@ _INDEX = TypeAdapter(_Index)
 
 def piece_files(pieces: Pieces, name: str) -> dict[str, str]:
     """Texts of the files of pieces and of their list, by relative path; `name` is that of the world's files."""
-    parts = tuple(record_from(_Placed, part, piece=part.piece.file) for part in pieces.parts)
+    parts = tuple(record_from(_SavedPart, part, piece=part.piece.file) for part in pieces.parts)
     index = json.dumps(tree_of(_Index(own=pieces.own.file, parts=parts)), indent=1) + "\n"
     kinds = {pieces.own.file: pieces.own, **{part.piece.file: part.piece for part in pieces.parts}}
     return {f"{name}.pieces.json": index, **{f"pieces/{file}": piece.text for file, piece in kinds.items()}}

@@ -30,9 +30,9 @@ _MAX_OVERLAP = 0.005
 _MAX_INVERTED = 0.02
 """Share of the volume that may be inside out without a warning."""
 _REPAIR = "repair it, for example with Blender's 3D-Print Toolbox"
-"""What to do about a broken mesh, in messages."""
+"""Advice on a broken mesh, in messages."""
 _JOIN = "join them to one, for example with Blender's Boolean union"
-"""What to do about overlapping parts, in messages."""
+"""Advice on overlapping parts, in messages."""
 _SEAM = 1e-9
 """Distance [m] within which two corners are one point."""
 _MOMENT_TOLERANCE = 1e-7

@@ -247,12 +247,12 @@ def _waypoints(task: tasks.WayfindingTask, site: Site) -> tuple[Goal, ...]:
     return tuple(site.place((key, index), place, geodetic=bool(task.waypoints)) for index, place in places)
 
 
-def _shown_objects(task: tasks.PerceptionTask, site: Site) -> tuple[model.Shown, ...]:
+def _shown_objects(task: tasks.PerceptionTask, site: Site) -> tuple[model.ShownObject, ...]:
     rows = []
     for index, item in enumerate(task.objects):
         thing = site.object(("objects", index, "name"), item.name, floating=True)
         kind = item.type or (kind_name(thing.model) if thing else "")
-        rows.append(record_from(model.Shown, item, type=kind, stash=thing.pose if thing else item.pose))
+        rows.append(record_from(model.ShownObject, item, type=kind, stash=thing.pose if thing else item.pose))
     return tuple(rows)
 
 

@@ -214,7 +214,7 @@ def bank_blocks(rings: list[FloatArray]) -> FloatArray:
 
 
 def _moves(rings: list[FloatArray], *, inland: bool) -> tuple[FloatArray, FloatArray]:
-    """For both ends of each edge the vector by which they move when the edges move 1 m inland, twice (n, 2).
+    """Vectors by which both ends of each edge move when the edges move 1 m inland, twice (n, 2).
 
     Where the offsets towards that side spread, inland of a bay and seaward of a cape, the vector is short.
     """

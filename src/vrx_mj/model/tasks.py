@@ -81,7 +81,7 @@ class Pinger:
 
 @record
 class Gate:
-    """Two buoys."""
+    """Gate of a course: two buoys."""
 
     left: Text = field(metadata=_name_of(THING))
     """Name of VRX's left buoy, which comes to starboard of a boat that crosses as it should."""
@@ -102,7 +102,7 @@ class Channel:
 
 
 @record
-class Shown:
+class ShownObject:
     """An object that appears in front of the boat for a while."""
 
     time: NonNegative
@@ -165,7 +165,7 @@ class Hole:
 
 @record
 class Animal:
-    """An animal."""
+    """Animal of a task."""
 
     name: Text = field(metadata=_name_of(THING))
     """Name of the object."""
@@ -200,7 +200,7 @@ class Perception(TaskBase):
     """Report objects that show up."""
 
     type: Literal["perception"]
-    objects: Annotated[tuple[Shown, ...], Field(max_length=_MAX_COUNT)]
+    objects: Annotated[tuple[ShownObject, ...], Field(max_length=_MAX_COUNT)]
     """The objects."""
     loop_forever: bool
     """Whether they show up again."""

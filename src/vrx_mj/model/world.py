@@ -303,20 +303,20 @@ def format_of(text: bytes) -> object:
 
 
 def other_physics(version: object) -> str | None:
-    """What to say of a run of another version of the physics than this one; None of this one."""
+    """Remark on a run of another version of the physics than this one; None for this one."""
     if version == PHYSICS_VERSION:
         return None
     return f"of physics version {version}, and this is {PHYSICS_VERSION}: equal runs differ"
 
 
 @dataclass(frozen=True)
-class _Versioned:
+class _SavedVersion:
     """Any version of the saved form."""
 
     format: Any
 
 
-_VERSIONED = TypeAdapter(_Versioned)
+_VERSIONED = TypeAdapter(_SavedVersion)
 
 
 def _each_once(pairs: list[tuple[str, object]]) -> dict[str, object]:

@@ -91,7 +91,7 @@ def layout(
 
 
 def _under_plan(scene: RecordScene, result: str = "") -> list[rrb.View | rrb.Container]:
-    """Under the plan: how the task goes in words and as a plot, if there is one, then speed and thrust."""
+    """Views under the plan: how the task goes in words and as a plot, if there is one, then speed and thrust."""
     speed, thrust = _UNDER_PLAN
     score = [plot_view(scene, _TASK_PLOT, legend=True)] if scene.parameters.task else []
     plots: list[rrb.View | rrb.Container] = [rrb.Tabs(*score, *(plot_view(scene, plot, marked=True) for plot in speed))]
@@ -109,7 +109,7 @@ def _legend_view(boats: Sequence[str]) -> rrb.Spatial2DView:
 
 
 def _under_sea(scene: RecordScene) -> rrb.Container:
-    """Under the sea: the pictures of cameras, and the plots, of which fewer are seen at a time the more there are."""
+    """Views under the sea: pictures of cameras, and plots, of which fewer are seen at a time the more there are."""
     shown = [plot for kind in SENSOR_KINDS.values() if scene.of_type(kind.type) for plot in kind.plots]
     sensed = [plot_view(scene, (plot.name, plot.title), legend=True) for plot in shown]
     pictures = [
@@ -205,7 +205,7 @@ def _trails(scene: RecordScene) -> dict[str, Any]:
 
 
 def whole_run(scene: RecordScene, after: float = _MARGIN) -> rr.TimeRange:
-    """From the first moment to a little after the last; an axis linked to others shows a minute around the cursor."""
+    """Range from the first moment to a little after the last; a linked axis shows a minute around the cursor."""
     if scene.ended is None:
         return rr.TimeRange(start=_EDGE, end=_EDGE)
     end = scene.ended + after * (scene.ended - (scene.begun or 0.0))

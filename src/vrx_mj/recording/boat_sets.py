@@ -38,7 +38,7 @@ class BoatSet:
 
     @cached_property
     def world(self) -> World:
-        """Its world, in memory: nothing of it is written to disk.
+        """World of the boat set, in memory: nothing of it is written to disk.
 
         Raises:
             StateError: the recording holds no world, or it is damaged or of another version.
@@ -213,7 +213,7 @@ class BoatSetHead:
     """Names of the files of the saved world."""
 
 
-Sent = list[tuple[int, list[tuple[str, Any]]]]
+SentMessages = list[tuple[int, list[tuple[str, Any]]]]
 """Numbers of frames, and topic and content of what was sent with each."""
 _Schema = TypeVar("_Schema")
 

@@ -62,7 +62,7 @@ class Comparison:
     parting: Difference | None
     """The first place where the motions diverge, in what both have; None: nowhere."""
     notes: tuple[str, ...] = ()
-    """What was not compared, in words."""
+    """Remarks on what was not compared."""
 
     @property
     def equal(self) -> bool:

@@ -13,7 +13,7 @@ from vrx_mj.draw.course import Course, course_of
 from vrx_mj.draw.style import CURRENT_COLOR, WAVE_COLOR, WIND_COLOR
 from vrx_mj.frames import compass
 from vrx_mj.recording.record_scene import RecordScene
-from vrx_mj.recording.timeline import Held, Ticker, arrow_strips, changes, name_points, numbers, static, thin_lines
+from vrx_mj.recording.timeline import Deadband, Ticker, arrow_strips, changes, name_points, numbers, static, thin_lines
 
 FLEET, PLANNED, PLAN = "/world/fleet", "/world/fleet/plan", "/world/plan"
 """Entities: in the middle of what the camera follows, what a plan follows there, and one that frames a track."""
@@ -72,7 +72,7 @@ def sea_axes() -> FloatArray:
 
 
 def plan_eye(scene: RecordScene, track: FloatArray | None = None) -> tuple[FloatArray, float]:
-    """What the plan's eye is over (2,) [m], and its height [m]: figures of the weather have room over a track."""
+    """Place (2,) [m] and height [m] of the plan's eye: figures of the weather have room over a track."""
     middle, radius = _plan_circle(scene, track)
     half = (radius + PLAN_MARGIN) / (1.0 if track is None else 1.0 - PLAN_LINE * len(scene.weather()))
     return middle + (half - radius - PLAN_MARGIN) * east_and_north(scene)[1], half / PLAN_SLOPE
@@ -148,7 +148,7 @@ class Corner(NamedTuple):
 
 
 def _corners_of(scene: RecordScene) -> tuple[Corner, Corner]:
-    """Those of the sea's view, in units of the distance of its eye, and of the plan, in units of half its height."""
+    """Corners of the sea's view, in units of the distance of its eye, and of the plan, in units of half its height."""
     plan = np.hstack([east_and_north(scene), np.zeros((2, 1))])
     return (
         Corner(f"{FLEET}/weather", sea_axes()[:2], -0.56, -0.56, 0.2, 0.11, 0.16, 0.035),
@@ -157,7 +157,7 @@ def _corners_of(scene: RecordScene) -> tuple[Corner, Corner]:
 
 
 def _flows(scene: RecordScene, rows: FloatArray) -> dict[str, ComplexArray]:
-    """What there is at (n, columns) rows: speed [m/s] or significant height [m] along x + i y, (n,)."""
+    """Flows of the weather at (n, columns) rows: speed [m/s] or significant height [m] along x + i y, (n,)."""
     turned = np.exp(1j * rows[:, scene.layout().wind_angle].sum(axis=1))
     found = {"wind": rows[:, 1] * turned * complex(*scene.parameters.wind.direction)}
     if (sea := scene.parameters.sea).waves:
@@ -171,7 +171,7 @@ def _flows(scene: RecordScene, rows: FloatArray) -> dict[str, ComplexArray]:
 
 
 def _figures(scene: RecordScene, name: str, flow: ComplexArray) -> list[str]:
-    """What a flow (n,) is, in words."""
+    """Texts for the values of a flow (n,)."""
     text, turned = _ARROW_TEXTS[name][1], scene.parameters.x_from_east
     bearings = np.round(compass(np.angle(-flow if " from " in text else flow) + turned)) % 360.0
     return [text.format(*pair, scene.parameters.sea.period) for pair in zip(np.abs(flow), bearings, strict=True)]
@@ -230,7 +230,7 @@ def plan_chunks(scene: RecordScene, track: FloatArray, parts: Sequence[Places]) 
     columns = [[own.get(boat, np.full((len(time), 2), np.nan)) for time, own in parts] for boat in boats]
     time, places = np.concatenate([time for time, _ in parts]), np.stack([*map(np.concatenate, columns)], axis=1)
     spots = np.nan_to_num(name_spots(scene, boats, places, middle, height), nan=_HIDDEN_PLACE)
-    taken, spots = Held(1.0 / 512.0, within=1.0 / PLAN_LINES / 3.0)(spots)
+    taken, spots = Deadband(1.0 / 512.0, within=1.0 / PLAN_LINES / 3.0)(spots)
     points = np.insert(spots[taken], 2, 0.0, axis=2).astype(np.float32)
     yield static(f"{PLAN}/names", name_points(labels=boats))
     yield changes(f"{PLAN}/names", time[taken], rr.Points3D, positions=list(points))

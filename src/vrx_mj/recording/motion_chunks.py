@@ -34,7 +34,7 @@ from vrx_mj.recording.record_scene import (
 )
 from vrx_mj.recording.sea_meshes import packed_colors, ramp
 from vrx_mj.recording.static_chunks import PLOTTED, UNSEEN_COLOR
-from vrx_mj.recording.timeline import Held, Ticker, arrow_strips, numbers, static, times
+from vrx_mj.recording.timeline import Deadband, Ticker, arrow_strips, numbers, static, times
 from vrx_mj.recording.water_chunks import WaterChunks
 from vrx_mj.sensors import SENSOR_KINDS
 from vrx_mj.sensors.readings import Scan
@@ -105,7 +105,7 @@ class MovingChunks:
         self._plan_size = plan_eye(scene)[1] * PLAN_SLOPE if live else None
         self._first = scene.layout()
         self._ranged: set[str] = set()
-        self._shown: dict[str, Held] = {}
+        self._shown: dict[str, Deadband] = {}
         self.track: FloatArray | None = None
         """Least and greatest x and y (2, 2) [m] of all boats until now."""
         self.places: list[Places] = []
@@ -156,7 +156,7 @@ class MovingChunks:
         self, path: str, rows: FloatArray, pose: FloatArray, near: float | tuple[float, ...]
     ) -> Iterator[Chunk]:
         """Poses (n, 7) of an entity where they are not `near` the last shown one."""
-        taken, shown = self._shown.setdefault(path, Held(POSE_STEP, within=near))(pose)
+        taken, shown = self._shown.setdefault(path, Deadband(POSE_STEP, within=near))(pose)
         if taken.any():
             yield transforms(path, rows[taken, 0], shown[taken, :3], shown[taken, 3:])
 
@@ -164,7 +164,7 @@ class MovingChunks:
         """The colours of lights and placards where they have changed."""
         for shown in self._scene.displays:
             codes = shown.display.codes(rows[:, self._layout.marks], rows[:, 0])
-            changed, _ = self._shown.setdefault(shown.part_path(""), Held(1.0))(codes.astype(np.float64))
+            changed, _ = self._shown.setdefault(shown.part_path(""), Deadband(1.0))(codes.astype(np.float64))
             colors = [shown.display.colors(int(code)) for code in codes[changed]]
             for part in (part for part, surfaces in shown.surfaces.items() if surfaces and colors):
                 rgba = np.round(255.0 * np.array([color[part] for color in colors])).astype(np.uint8)
@@ -258,11 +258,11 @@ class MovingChunks:
         time, thrusters = rows[:, 0], [self._scene.thrusters[i] for i in mine]
         now = np.stack([rows[:, self._layout.thrust][:, mine], rows[:, self._layout.angle][:, mine]], axis=1)
         path = self._paths[boat.name]
-        moved, shown = self._shown.setdefault(f"{path}/thrust", Held(_PLOT_STEP))(now)
+        moved, shown = self._shown.setdefault(f"{path}/thrust", Deadband(_PLOT_STEP))(now)
         if moved.any():
             yield thrust_arrows(path, time[moved], thrusters, shown[moved, 0], shown[moved, 1])
         for thruster, angle in zip(thrusters, np.moveaxis(now[:, 1], 1, 0), strict=True):
-            turned, shown = self._shown.setdefault(f"{path}/{thruster.name}", Held(_PLOT_STEP))(angle)
+            turned, shown = self._shown.setdefault(f"{path}/{thruster.name}", Deadband(_PLOT_STEP))(angle)
             if turned.any():
                 yield engine(path, time[turned], thruster, shown[turned])
 
@@ -441,7 +441,7 @@ def _boxes(sensor: RecordedSensor, part: Part) -> Chunk:
 def _points(
     path: str, ends: tuple[float, float], time: FloatArray, met: Sequence[Any], kept: Iterable[rr.ComponentColumn]
 ) -> Chunk:
-    """What a lidar of a range with these ends [m] met, as points in its own frame, beside what is `kept` of it."""
+    """Chunk of points that a lidar of a range with these ends [m] met, in its own frame, beside what is `kept`."""
     clouds = [_scan_points(one) if isinstance(one, Scan) else one.points for one in met]
     every, counts = np.concatenate(clouds), [len(cloud) for cloud in clouds]
     colors = _range_colors(np.linalg.norm(every, axis=1), *ends)

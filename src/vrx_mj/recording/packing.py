@@ -65,7 +65,7 @@ def _coded_rows(rows: FloatArray, bodies: Bodies, timestep: float) -> bytes:
 
 
 def _gains(steps: int) -> FloatArray:
-    """What a position gains in so many steps of one unit of time by the velocity at their end and its differences.
+    """Gains of a position in so many steps of one unit of time by the velocity at their end and its differences.
 
     Each step moves by the velocity that it ends with, as in MuJoCo; those between two rows are taken from the
     polynomial through the velocities of the last rows, by Newton's backward interpolation.

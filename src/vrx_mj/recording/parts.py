@@ -94,7 +94,7 @@ class Part:
         return sum(cell.nbytes if isinstance(cell, np.ndarray) else len(cell) for cell in cells)
 
     def only(self, columns: Sequence[str]) -> Part:
-        """It with some of its columns."""
+        """The part with some of its columns."""
         return Part(self.entity, self.static, {name: self.columns[name] for name in columns if name in self.columns})
 
     def texts(self, name: str) -> list[str]:
@@ -264,7 +264,7 @@ def raw_parts(path: Path) -> Iterator[Part]:
 
 
 @dataclass(frozen=True, eq=False)
-class Parsed:
+class ParsedFile:
     """Content of a file that was asked for."""
 
     parts: tuple[Part, ...]
@@ -284,7 +284,7 @@ def allowance(size: int) -> int:
     return _MIN_MEMORY + _MEMORY_RATIO * size
 
 
-def parsed_file(file: Path, columns: Sequence[str], entities: Sequence[str], *, whole: bool = False) -> Parsed:
+def parsed_file(file: Path, columns: Sequence[str], entities: Sequence[str], *, whole: bool = False) -> ParsedFile:
     """Columns of the chunks of some entities; with `whole`, all others were parsed too.
 
     Raises:
@@ -294,10 +294,10 @@ def parsed_file(file: Path, columns: Sequence[str], entities: Sequence[str], *, 
         with _whole_file(file) as source:
             if begins(source, MAGIC):
                 found = (part.only(columns) for part in raw_parts(source) if part.entity in entities)
-                return Parsed(tuple(found), footer=False, views=False)
-            wanted, answer = (entities, columns, whole), tuple[list[PartData], bool, bool]
+                return ParsedFile(tuple(found), footer=False, views=False)
+            wanted, answer, is_whole = (entities, columns, whole), tuple[list[PartData], bool, bool], source == file
             chunks, footer, views = _found_in(file, source, "chunks", *wanted, returns=answer)
-            return Parsed(tuple(Part(*chunk) for chunk in chunks), footer and source == file, views and source == file)
+            return ParsedFile(tuple(Part(*chunk) for chunk in chunks), footer and is_whole, views and is_whole)
     except OSError as error:
         raise RecordError(f"cannot read the recording '{file}': {error.strerror or error}") from error
 
@@ -315,7 +315,7 @@ def copy_without_views(file: Path, target: Path) -> None:
 
 
 def _found_in(file: Path, source: Path, function: str, *arguments: object, returns: type[_Found]) -> _Found:
-    """What the parser finds in `source`, which messages call `file`.
+    """Result of a function of the parser for `source`, which messages call `file`.
 
     Raises:
         RecordError: it does not begin as rerun's files do, or the parser did not finish.

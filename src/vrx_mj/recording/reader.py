@@ -25,7 +25,7 @@ from vrx_mj.recording.boat_sets import (
     MAX_NUMBER,
     BoatSet,
     Head,
-    Sent,
+    SentMessages,
     all_rows,
     head_of,
     joint_layout,
@@ -68,7 +68,7 @@ _READING_CELLS: Mapping[str, Mapping[str, tuple[str, str]]] = {
     "points": {"points": ("Points3D:positions", "<f4"), "intensity": ("intensity", "|u1"), "ring": ("ring", "|u1")},
     "numbers": {"numbers": ("numbers", "|u1")},
 }
-"""What gives back the data of readings, by their form: name, column and kind of numbers."""
+"""Columns of the data of readings, by their form: name, column and kind of numbers."""
 READING_COLUMNS = ("time", "sequence", *{name for cells in _READING_CELLS.values() for name, _ in cells.values()})
 """Columns of a recording that give readings back."""
 
@@ -80,7 +80,7 @@ class Event:
     time: float
     """Simulated time [s], to a nanosecond."""
     text: str
-    """What happened, in words."""
+    """Description of the event."""
     level: str
     """INFO, WARN or ERROR, as rerun has it."""
     touch: Touch | None = None
@@ -94,7 +94,7 @@ class SavedState:
     time: float
     """Simulated time [s]."""
     blob: bytes
-    """What `State.from_bytes` reads."""
+    """The state as bytes, for `State.from_bytes`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +130,7 @@ class Record(Head):
     states: tuple[SavedState, ...]
     """States from which the run can go on."""
     frames: tuple[RecordedFrame, ...]
-    """What the referee of the world's task looked at: boat set, a row of `tasks.layout`, and what was sent with it."""
+    """Frames of the referee of the world's task: boat set, a row of `tasks.layout`, and what was sent with it."""
     rows: FloatArray
     """Recorded rows, (n, columns); `layout.names()` names the columns. NaN while a body was absent."""
     row_companies: IntArray
@@ -320,7 +320,7 @@ def read_frames(parts: Sequence[Part], count: int, most: int) -> tuple[RecordedF
     found: list[RecordedFrame] = []
     texts = [text for part in parts for text in part.texts("sent")]
     for (boat_set, rows), text in zip(numbered_blocks(parts, count, most), texts, strict=True):
-        messages = parsed_json(Sent, "sent", text)
+        messages = parsed_json(SentMessages, "sent", text)
         sent = {number: tuple(Message(*one) for one in several) for number, several in messages}
         found += [(boat_set, row, sent.get(number, ())) for number, row in enumerate(rows)]
     return tuple(sorted(found, key=lambda frame: float(frame[1][0])))
@@ -354,7 +354,7 @@ class RecordedReadings(Sequence[Reading]):
         That is the bytes `blob`, or the numbers `points` with the bytes `intensity` and `ring`, or the bytes `numbers`.
         """
         self.sensor = sensor
-        """What measured."""
+        """The sensor that measured."""
         time = np.array(columns["time"], np.float64).reshape(-1)
         self._order = np.argsort(time, kind="stable")
         self.time: FloatArray = time[self._order]

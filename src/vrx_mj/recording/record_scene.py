@@ -145,7 +145,7 @@ class RecordedSensor:
 
     @property
     def path(self) -> str:
-        """Its entity in the recording, which moves with the boat."""
+        """The boat's entity in the recording, which moves with it."""
         return f"/world/boats/{self.boat}/sensors/{self.name}"
 
     @property

@@ -14,7 +14,7 @@ from vrx_mj.arrays import BoolArray, ByteArray, FloatArray, Uint32Array
 from vrx_mj.frames import in_world_axes
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.recording.record_scene import RecordedBody, SeaHeight
-from vrx_mj.recording.timeline import Held
+from vrx_mj.recording.timeline import Deadband
 
 STEP, KEEP = 1.0 / 64.0, 0.75
 """Step to which heights are rounded [m], and largest error of a shown height, in steps: equal heights take no space."""
@@ -239,10 +239,10 @@ def hull_lines(boat: RecordedBody, cell: float) -> Lines:
     return x, y
 
 
-def hull_water(lines: Lines) -> Held:
+def hull_water(lines: Lines) -> Deadband:
     """Heights of a patch as they are shown: those of its rim, which lies lower, are rounded more."""
     low = np.pad(np.zeros((len(lines[1]) - 2, len(lines[0]) - 2), np.bool_), 1, constant_values=True).ravel()
-    return Held(np.where(low, _RIM_STEP, STEP), keep=KEEP, within=np.where(low, 2.0 * _RIM_STEP, STILL_ERROR))
+    return Deadband(np.where(low, _RIM_STEP, STEP), keep=KEEP, within=np.where(low, 2.0 * _RIM_STEP, STILL_ERROR))
 
 
 def patch_heights(sea: Swell, lines: Lines, time: FloatArray, pose: FloatArray, drop: float) -> FloatArray:
@@ -295,9 +295,9 @@ def colors(bright: FloatArray, haze: FloatArray | float = 0.0) -> Uint32Array:
     return _PALETTE[far, np.round(bright * (_SHADES - 1)).astype(np.uint8)]
 
 
-def shades() -> Held:
+def shades() -> Deadband:
     """Light as it is shown, in whole shades."""
-    return Held(1.0 / (_SHADES - 1), keep=1.0)
+    return Deadband(1.0 / (_SHADES - 1), keep=1.0)
 
 
 def packed_colors(rgb: FloatArray | ByteArray) -> Uint32Array:

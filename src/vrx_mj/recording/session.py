@@ -137,7 +137,7 @@ class RecordWriter(contextlib.AbstractContextManager["RecordWriter"]):
 
     def _take(self, scene: RecordScene) -> None:
         self.scene = scene
-        """What is recorded now."""
+        """The scene that is recorded now."""
         self._scenes.append(replace(scene, files={}))
         self._width = scene.layout().width
         self._sensors = {(sensor.boat, sensor.name): sensor for sensor in scene.sensors}

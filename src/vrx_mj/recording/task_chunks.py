@@ -292,7 +292,7 @@ class TaskChunks:
 
     @property
     def result(self) -> str:
-        """Who scored what, once the task is finished."""
+        """Boat and score of a finished task; empty before."""
         return result_of(self._referee) if self._task else ""
 
     def _begin(self, states: Sequence[SavedState]) -> None:
@@ -306,7 +306,7 @@ class TaskChunks:
             self._write_status(self._begun, at_once=True)
 
     def _look(self, time: float, frame: Frame) -> None:
-        """Let the referee look, and write the changes."""
+        """Pass a frame to the referee, and write the changes."""
         phase = self._referee.status.phase
         self._referee.look(frame)
         self._mark(time)
@@ -389,7 +389,7 @@ class TaskChunks:
 
 
 def result_of(referee: Referee) -> str:
-    """Who scored what, once the task is finished."""
+    """Boat and score of a finished task; empty before."""
     status = referee.status
     score = score_text(status.phase, status.score, TASK_KINDS[referee.type].unit)
     return f"{referee.boat}, {score}" if referee.is_over else ""

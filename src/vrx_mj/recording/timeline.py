@@ -131,7 +131,7 @@ class Ticker:
         return taken
 
 
-class Held:
+class Deadband:
     """Values as they are shown: rounded, each as it was until it is off by more than it may, in the rows where one is.
 
     What stays the same from row to row takes hardly any space in a file.

@@ -73,7 +73,7 @@ class Server:
 
     @property
     def page_url(self) -> str:
-        """What to open in a browser."""
+        """URL of the page to open in a browser."""
         return f"http://{LOOPBACK}:{self.page_port}/?url={quote(self.data_url, safe='')}&hide_welcome_screen=1"
 
     @property
@@ -86,7 +86,7 @@ class Server:
         return self._process.poll() is None
 
     def wait(self) -> int:
-        """Until the process ends; its exit code."""
+        """Wait until the process ends; returns its exit code."""
         return self._process.wait()
 
     def close(self) -> None:
@@ -131,7 +131,7 @@ class _Page(BaseHTTPRequestHandler):
         self.wfile.write(content)
 
     def log_message(self, *_: object) -> None:
-        """Nothing."""
+        """Drop the line that the server would print for a request."""
 
 
 def where_to_look(server: Server, reason: str) -> Iterator[str]:

@@ -13,7 +13,7 @@ from vrx_mj.arrays import ByteArray, Float32Array, FloatArray, IntArray
 from vrx_mj.recording import sea_meshes as sea
 from vrx_mj.recording.record_scene import RecordedBody, SeaHeight
 from vrx_mj.recording.sea_meshes import Grid, Lines, Swell
-from vrx_mj.recording.timeline import Held, Ticker, chunk_at, numbers, static
+from vrx_mj.recording.timeline import Deadband, Ticker, chunk_at, numbers, static
 
 TRAIL_RATE = 1.0
 """Pieces of a trail [Hz]."""
@@ -52,9 +52,9 @@ class HullWater(NamedTuple):
 
     lines: Lines
     """Lines of the patch at its hull."""
-    heights: Held
-    bright: Held
-    wake: Held
+    heights: Deadband
+    bright: Deadband
+    wake: Deadband
 
 
 class WaterChunks:
@@ -69,7 +69,7 @@ class WaterChunks:
         self._begun: set[str] = set()
         self._swell: Swell | None = None
         self._laid = np.zeros((0, 2))
-        self._heights = self._bright = Held(0.0)
+        self._heights = self._bright = Deadband(0.0)
         self._mesh = ""
 
     @property
@@ -90,7 +90,7 @@ class WaterChunks:
             self._sea = Ticker(self._swell.rate)
         for boat in (boat for boat in boats if boat.name not in self._hulls):
             lines = sea.hull_lines(boat, self._swell.cell)
-            held = sea.hull_water(lines), sea.shades(), Held(_WAKE_STEPS, keep=sea.KEEP)
+            held = sea.hull_water(lines), sea.shades(), Deadband(_WAKE_STEPS, keep=sea.KEEP)
             self._hulls[boat.name] = HullWater(lines, *held)
 
     def __call__(self, boats: Sequence[str], time: FloatArray, poses: FloatArray) -> Iterator[Chunk]:
@@ -110,7 +110,7 @@ class WaterChunks:
         self._left += int(newest[-1])
 
     def _trails(self, boats: Sequence[str], time: FloatArray, places: FloatArray) -> Iterator[Chunk]:
-        """At each time the piece of the way since the time before, in the colour of its speed."""
+        """Pieces of the way at each time since the time before, in the colour of its speed."""
         for i, boat in enumerate(boats):
             here = np.column_stack([time, places[:, i, :2]])
             before = np.concatenate([self._trail_end.get(boat, here[:1]), here[:-1]])
@@ -190,7 +190,7 @@ class WaterChunks:
         begin = 0
         while begin < len(places):
             if self._laid.shape != places[begin].shape or np.abs(places[begin] - self._laid).max() > _RELAID:
-                self._laid, self._heights, self._bright = places[begin], Held(sea.STEP, keep=1.0), sea.shades()
+                self._laid, self._heights, self._bright = places[begin], Deadband(sea.STEP, keep=1.0), sea.shades()
             gone = np.abs(places[begin:] - self._laid).max(axis=(1, 2)) > _RELAID
             end = begin + int(np.argmax([*gone, True]))
             yield slice(begin, end), sea.grid_around(self._laid)

@@ -77,7 +77,7 @@ class DeviceEnvironment(Environment):
                 setattr(part, name, np.where(begun.reshape(-1, *[1] * (values.ndim - 1)), values[starts], own))
 
     def observe(self) -> Floats32:
-        """What all boats observe now, (n, boats, features)."""
+        """Observations of all boats now, (n, boats, features)."""
         self._device.observe()
         return super().observe()
 

@@ -379,7 +379,7 @@ class Environment:
         return {name: values.copy() for name, values in self.problem.facts().items()}
 
     def observe(self) -> Floats32:
-        """What all boats observe now, (n, boats, features)."""
+        """Observations of all boats now, (n, boats, features)."""
         return self._observe(self.team())
 
     def team(self) -> Team:
@@ -484,7 +484,7 @@ class Actions:
 def _team_reward(
     judged: Judged, own: FloatArray, forfeit: FloatArray, lost: BoolArray, acted: BoolArray, diverged: BoolArray
 ) -> FloatArray:
-    """(n,): the team's reward, less what its lost boats forfeit; where all are lost, the mean of that."""
+    """The team's reward (n,), less what its lost boats forfeit; where all are lost, the mean of that."""
     paid = judged.team_reward(acted) - mean_of(np.where(lost, judged.own + forfeit, 0.0), acted)
     return np.where(acted.any(axis=1), np.where(diverged, mean_of(own, acted), paid), 0.0)
 

@@ -282,7 +282,7 @@ class RegisteredEnv(Env):
 
 
 def _reset_mode(mode: object) -> AutoresetMode:
-    """When rows are reset; gymnasium.error.Error: Gymnasium has no such mode."""
+    """Gymnasium's mode of a name, which says when rows are reset; gymnasium.error.Error: it has no such mode."""
     try:
         return AutoresetMode(mode)
     except (TypeError, ValueError):

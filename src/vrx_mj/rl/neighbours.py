@@ -65,7 +65,7 @@ class Neighbours:
         self._past[at, self._rows[going]] = _report(team)[going]
 
     def observe(self, team: Team) -> FloatArray:
-        """(n, boats, neighbours * 7): the nearest first, in the order of the entries; zeros where there are fewer."""
+        """Neighbours (n, boats, neighbours * 7), nearest first, by the order of entries; zeros if there are fewer."""
         then = self._past[(self._step - self._view.delay) % len(self._past), self._rows]
         x, y, _, _, _, there = np.moveaxis(then, -1, 0)
         gaps = np.hypot(x[:, None] - team.x[:, :, None], y[:, None] - team.y[:, :, None])
@@ -92,7 +92,7 @@ class Neighbours:
 
 
 def _report(team: Team) -> FloatArray:
-    """(n, boats, 6): x, y, heading, east and north velocity, whether it is there."""
+    """Reports (n, boats, 6) of boats: x, y, heading, east and north velocity, whether it is there."""
     return np.stack((team.x, team.y, team.yaw, *team.velocity(), team.present), axis=-1)
 
 

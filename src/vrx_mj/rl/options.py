@@ -115,7 +115,7 @@ def check_picture(mode: object, modes: Sequence[str], width: object, height: obj
 
 
 def reset_options(options: object, *known: str) -> Mapping[str, Any]:
-    """What `reset` was given.
+    """Options given to `reset`, checked.
 
     Raises:
         gymnasium.error.Error: it is not a mapping.
@@ -209,7 +209,7 @@ VARIED: Mapping[str, Range] = {
     "wind_speed": None, "gusts": None, "waves": None, "wave_period": _PERIOD_FACTORS, "wave_band": _BAND_FACTORS,
     "wave_direction": _FULL_TURN, "wave_spread": _SPREADS, "wave_phase": _FULL_TURN, "mass": None, "thrust": None,
 }  # fmt: skip
-"""What can be varied, and its range by default."""
+"""Quantities that can be varied, with their default ranges."""
 
 
 class Generators:

@@ -112,7 +112,7 @@ class RefereedRow:
 
 
 Rows = Batch | RefereedRow
-"""What an environment advances."""
+"""Rows that an environment advances."""
 
 
 class SeenRows(Protocol):
@@ -120,15 +120,15 @@ class SeenRows(Protocol):
 
     @property
     def features(self) -> FloatArray:
-        """(n, boats, 13)."""
+        """Features of boats, (n, boats, 13)."""
 
     @property
     def wind(self) -> FloatArray:
-        """(n, 2) [m/s]."""
+        """Velocity of the wind, (n, 2) [m/s]."""
 
     @property
     def diverged(self) -> BoolArray:
-        """(n,)."""
+        """Whether rows have diverged, (n,)."""
 
 
 class RowArrays:

@@ -24,7 +24,7 @@ from rosbags.typesys import get_types_from_msg
 from vrx_mj.errors import RecordError, UnknownNameError, warn
 from vrx_mj.outputs import write_files
 from vrx_mj.ros import cdr
-from vrx_mj.ros.interface import CONVERSIONS, LEVELS, LOG, ROSOUT, Inbox, RosInterface, Sent, Traffic, log_message
+from vrx_mj.ros.interface import CONVERSIONS, LEVELS, LOG, ROSOUT, Delivery, Inbox, RosInterface, Traffic, log_message
 from vrx_mj.ros.messages import Message, encode, full_name, full_text, md5sum, new, typestore
 from vrx_mj.ros.parameters import command_topic
 from vrx_mj.ros.ros_server import CLOCK_RATE, RosServer
@@ -85,7 +85,7 @@ class BagFile(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Complete it."""
+        """Complete the bag."""
 
     def abort(self) -> None:
         """Close it as it is."""
@@ -175,7 +175,7 @@ class Ros1File(BagFile):
             self._writer.bio.flush()
 
     def close(self) -> None:
-        """Complete it."""
+        """Complete the bag."""
         self._writer.close()
         with self._writer.path.open("r+b") as file:
             _widen(file)
@@ -210,7 +210,7 @@ class Ros2File(BagFile):
         storage.bio.flush()
 
     def close(self) -> None:
-        """Complete it."""
+        """Complete the bag."""
         with tempfile.TemporaryDirectory() as elsewhere:
             if not self._writer.path.is_dir():  # a file alone has no metadata beside it
                 self._writer.metapath = Path(elsewhere) / "metadata.yaml"
@@ -228,7 +228,7 @@ class Ros2File(BagFile):
 
 
 def _widen(file: BinaryIO) -> None:
-    """Have the bag's first record be as long as `rosbag` makes it, which writes it anew when it mends a bag."""
+    """Make the bag's first record as long as `rosbag` has it, which writes it anew when it mends a bag."""
     file.seek(_HEAD_PADDING)
     file.write(struct.pack("<I", _HEAD_SIZE))
 
@@ -262,7 +262,7 @@ def _ros2_name(type_name: str) -> str:
 
 
 def _ros2_message(message: Message, type_name: str) -> Message:
-    """What a message of the table is in ROS 2 where its type has other fields there."""
+    """Message of the table as ROS 2 has it where its type has other fields there."""
     its_type, convert = CONVERSIONS.get(type_name, ("", None))
     return convert(message) if convert and its_type == type_name else message
 
@@ -323,7 +323,7 @@ class Bag:
         """Topics that are written."""
         return self._wanted
 
-    def publish(self, batch: Sequence[Sent]) -> None:
+    def publish(self, batch: Sequence[Delivery]) -> None:
         """Write messages of one moment.
 
         Raises:
@@ -360,7 +360,7 @@ class Bag:
 
     @property
     def traffic(self) -> Traffic:
-        """What was written."""
+        """Traffic of the bag: the bytes written."""
         return Traffic(0, self._size, 0)
 
     def close(self) -> None:

@@ -162,7 +162,7 @@ class Diagnosis:
             self.once("georeference", f"{text}; add `georeference` to the world's file")
 
     def check_overlaps(self) -> None:
-        """Something was put somewhere: report what overlaps."""
+        """Report what overlaps, after something was put somewhere."""
         for line in overlaps(self._sim):
             self.once(line.partition(" by ")[0], line)
 
@@ -176,7 +176,7 @@ class Diagnosis:
             self.once(key, f"{topic} has a publisher, {unknown_publisher.sender}, but no subscriber: {hint}")
 
     def _fixed_thruster(self, topic: str) -> str:
-        """What is wrong with a topic of the angle of a thruster that cannot be turned; empty for other topics."""
+        """Hint about a topic of the angle of a thruster that cannot be turned; empty for other topics."""
         boat, _, name = topic.strip("/").partition("/thrusters/")
         own = self._sim.world.parameters.thrusters_of(boat) if boat in self._sim.boats else ()
         fixed = {each.name for each in own if not each.max_angle}

@@ -12,7 +12,7 @@ from foxglove import messages as fox
 from foxglove.websocket import Capability, ChannelView, Client, ServerListener, StatusLevel, WebSocketServer
 
 from vrx_mj.errors import NetworkError
-from vrx_mj.ros.interface import RosInterface, Sent, Traffic
+from vrx_mj.ros.interface import Delivery, RosInterface, Traffic
 from vrx_mj.ros.messages import Message, definition, encode, full_name, is_known
 from vrx_mj.ros.table.viewers import CUBE, CYLINDER, SPHERE, START, TRIANGLES
 
@@ -42,7 +42,7 @@ class Foxglove(ServerListener):
         self._server: WebSocketServer | None = None
         self._context = foxglove.Context()
         self._channels: dict[str, foxglove.Channel] = {}
-        self._latched: dict[str, Sent] = {}
+        self._latched: dict[str, Delivery] = {}
         self._listened: frozenset[tuple[str, int]] = frozenset()
         """Topics and clients."""
         self._lock = threading.Lock()
@@ -73,7 +73,7 @@ class Foxglove(ServerListener):
         """Names of the outputs that somebody listens to now."""
         return frozenset(topic for topic, _ in self._listened if topic in self._channels)
 
-    def publish(self, batch: Sequence[Sent]) -> None:
+    def publish(self, batch: Sequence[Delivery]) -> None:
         """Send messages of one moment to who listens; one that is latched is kept."""
         wanted = self.subscribed_topics
         for sent in batch:
@@ -117,7 +117,7 @@ class Foxglove(ServerListener):
         with self._lock:
             self._listened -= {(channel.topic, client.id)}
 
-    def _log(self, sent: Sent, client: int | None = None) -> None:
+    def _log(self, sent: Delivery, client: int | None = None) -> None:
         name, (_, convert) = sent.output.name, _CONVERSIONS.get(sent.output.type, (None, None))
         content = convert(sent.message, sent.time).encode() if convert else encode(sent.message, sent.output.type)
         self._sent += len(content) * (sum(topic == name for topic, _ in self._listened) if client is None else 1)

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, Protocol
 
 from vrx_mj.errors import CommandError, UnknownNameError
 from vrx_mj.ros import interface
-from vrx_mj.ros.interface import LEVELS, LOG, ROSOUT, Answer, Entry, Inbox, RosInterface, Sent, Traffic, log_message
+from vrx_mj.ros.interface import LEVELS, LOG, ROSOUT, Answer, Delivery, Entry, Inbox, RosInterface, Traffic, log_message
 from vrx_mj.ros.limits import Mailbox
 from vrx_mj.ros.messages import Message, is_known, new
 from vrx_mj.ros.network import Network, Notices
@@ -183,14 +183,14 @@ class Graph:
         self.parameters, self._own_parameters = Parameters(), Parameters()
         self.registrations = Registrations(self._note_replacement)
         self.notices = Notices()
-        """What goes wrong on the networks."""
+        """Notices of what goes wrong on the networks."""
         self.remote_master: _RemoteMaster | None = None
         """Set while the parameters are another process's."""
         self.remote_call: _RemoteCall | None = None
         self._latched: dict[str, dict[str, Message]] = {}
         self._level = "INFO"
         self._own: dict[tuple[str, str], tuple[str, bool]] = {}
-        """What the table has registered: kind and name, type and whether it is latched."""
+        """Registrations of the table: kind and name, type and whether it is latched."""
         self.own_parameters: Mapping[str, Any] = {}
         """Parameters of the simulation, by absolute name."""
         self.register("publisher", ROSOUT, node, LOG)
@@ -234,7 +234,7 @@ class Graph:
                 self.register(kind, name, self.node, type_name)
         self._offer_parameters(table.parameters)
 
-    def send(self, sent: Sent) -> None:
+    def send(self, sent: Delivery) -> None:
         """Publish a message of the simulation."""
         output, message, self.clock = sent
         self.publish(output.name, output.type, message, self.node, latched=output.latched)
@@ -495,7 +495,7 @@ class Server(Protocol):
         """Withdraw all, and close every connection."""
 
 
-def _mailbox() -> Mailbox[Sent]:
+def _mailbox() -> Mailbox[Delivery]:
     return Mailbox(lambda sent: sent.output.name)
 
 
@@ -528,7 +528,7 @@ class Wires:
         """Nodes that publish a topic now."""
         return list(self.graph.registrations.holders("publisher", topic))
 
-    def publish(self, batch: Sequence[Sent]) -> None:
+    def publish(self, batch: Sequence[Delivery]) -> None:
         """Send messages of one moment to who listens."""
         if self._queue.put(batch):
             self.graph.network.soon(self._send, self._queue)
@@ -548,6 +548,6 @@ class Wires:
         for server in reversed(self.servers):
             server.close()
 
-    def _send(self, queue: Mailbox[Sent]) -> None:
+    def _send(self, queue: Mailbox[Delivery]) -> None:
         for sent in queue.take():
             self.graph.send(sent)

@@ -74,7 +74,7 @@ class Output:
     dialects: tuple[Dialect, ...] = VRX
     """Dialects that have this topic."""
     recorded: Literal["rows", "states", "nowhere"] = "states"
-    """What of a recording its messages can be made from: its rows, its saved states, or nothing."""
+    """Part of a recording from which its messages can be made: its rows, its saved states, or nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +106,7 @@ class Service:
     """Dialects that have this service."""
 
     def answer(self, request: Message) -> Message:
-        """Do what is asked; the response."""
+        """Carry out a request; returns the response."""
         return self._response(True, "done", self.do(request) or {})
 
     def failure(self, why: str) -> Message | None:
@@ -145,7 +145,7 @@ class RosInterface:
     """Topics and services that only other worlds have, and a text that says what they are."""
 
 
-class Sent(NamedTuple):
+class Delivery(NamedTuple):
     """A message on its way out."""
 
     output: Output
@@ -181,7 +181,7 @@ class Transport(Protocol):
     def subscribed_topics(self) -> frozenset[str]:
         """Names of the outputs that somebody listens to now; only these are made."""
 
-    def publish(self, batch: Sequence[Sent]) -> None:
+    def publish(self, batch: Sequence[Delivery]) -> None:
         """Send messages of one moment to who listens. One that is latched is kept, and sent in any case."""
 
     def log(self, level: str, text: str) -> None:
@@ -202,7 +202,7 @@ def dialect_of(transport: Transport) -> Dialect:
 
 
 def publishers_of(transport: Transport, topic: str) -> Sequence[str]:
-    """Who publishes a topic on a transport now: what its method `publishers` gives; without one, as a bag, nobody."""
+    """Publishers of a topic on a transport now, from its method `publishers`; none without one, as in a bag."""
     ask: Callable[[str], Sequence[str]] | None = getattr(transport, "publishers", None)
     return ask(topic) if ask else ()
 
@@ -217,7 +217,7 @@ class Command(NamedTuple):
     topic: str
     message: Message
     sender: str
-    """Who sent it, for people: a node's name, or an address."""
+    """Sender, for people: a node's name, or an address."""
     dialect: Dialect = "vrx"
     """Dialect of the table that has the topic."""
 
@@ -290,7 +290,7 @@ class Inbox:
 
 
 def parameters(header: Message, values: Mapping[str, str | bool | int | float]) -> Message:
-    """ros_gz_interfaces/ParamVec."""
+    """Message ros_gz_interfaces/ParamVec of named values."""
     params = [kind("rcl_interfaces/Parameter")(name, _value(value)) for name, value in values.items()]
     return kind("ros_gz_interfaces/ParamVec")(header, params)
 

@@ -125,7 +125,7 @@ class ConnectionLimit:
         return self._crowd(place.host, self._in_use, _MAX_USED_SHARE) is None
 
     def leave(self, place: Place) -> None:
-        """One has gone; nothing happens where it has gone already."""
+        """Free the place of a connection that has gone; nothing happens if it is free already."""
         if place not in self._places:
             return
         self._in_use[place.host] -= self._places.pop(place)
@@ -191,7 +191,7 @@ class Pace:
         return max(0.0, (self._debt - self._burst) / share)
 
     def end(self) -> None:
-        """It has gone."""
+        """Forget what has gone: others get its share."""
         self._flooding.discard(self)
 
 

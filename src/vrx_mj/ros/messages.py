@@ -36,7 +36,7 @@ MEMBER = f"\n{'=' * 80}\nMSG: "
 CLASSES = "/usr/lib/python3/dist-packages"
 """Folder of Debian's classes of ROS messages; other releases of ROS set the path of Python."""
 _CLASS = re.compile(r'_md5sum = "(\w+)".*?_full_text = (""".*?""")', re.DOTALL)
-"""What such a class contains about its type."""
+"""Text of such a class about its type."""
 _AXES = {
     "geometry_msgs/msg/Point": "xyz",
     "geometry_msgs/msg/Vector3": "xyz",

@@ -78,7 +78,7 @@ class Network:
 
 
 def begin_task(work: Coroutine[object, None, None], tasks: set[asyncio.Task[None]]) -> None:
-    """Do what waits for something; the task is one of the `tasks` until it has ended."""
+    """Begin work as a task, which is one of the `tasks` until it has ended."""
     task: asyncio.Task[None] = asyncio.create_task(work)
     tasks.add(task)
     task.add_done_callback(tasks.discard)
@@ -93,7 +93,7 @@ async def end_tasks(tasks: Iterable[asyncio.Task[None]] | None = None) -> None:
 
 
 def who_listens(port: int) -> str | None:
-    """Who listens on a TCP port, since when, and how to stop it; None where nobody does, or nobody can be found."""
+    """Process that listens on a TCP port, since when, and how to stop it; None where none does or can be found."""
     try:
         found = [one.pid for one in psutil.net_connections("tcp") if _listens(one, port)]
     except psutil.AccessDenied:  # macOS shows the connections of one's own processes alone, one by one

@@ -34,9 +34,9 @@ _NEEDED = "apt-get install python3-genpy python3-rospy python3-geometry-msgs pyt
 MESSAGE_LIST = "vrx_mj_messages.json"
 """File that lists what was written to the folder, each file with its sha256."""
 _WHAT = "the packages"
-"""What is written, in messages."""
+"""Name of what is written, in messages."""
 _BY_MESSAGES = "written by `vrx-mj ros messages`"
-"""What generated packages say of their origin."""
+"""Remark in generated packages on their origin."""
 _IGNORE_FILE = "CATKIN_IGNORE"
 """Name of a file that hides a package from catkin and ROS."""
 _LARGEST_LIST = 1_000_000
@@ -94,8 +94,8 @@ PACKAGE_NAMES = (*PACKAGES, "wamv_gazebo", "wamv_description", "gazebo_ros", "te
 """Packages that are written."""
 
 
-class Written(NamedTuple):
-    """What was written."""
+class WrittenPackages(NamedTuple):
+    """Packages that were written or not, and how a shell finds them."""
 
     packages: tuple[str, ...]
     left_out: Mapping[str, str]
@@ -106,7 +106,7 @@ class Written(NamedTuple):
     """Lines for a shell."""
 
 
-def write_packages(folder: str | Path) -> Written:
+def write_packages(folder: str | Path) -> WrittenPackages:
     """Write the packages into a folder: `python` has them for Python, `share` as sources for catkin.
 
     What an earlier call wrote there is replaced.
@@ -134,7 +134,7 @@ def write_packages(folder: str | Path) -> Written:
             MESSAGE_LIST,
         )
     hide_twins(top)
-    return Written(
+    return WrittenPackages(
         packages,
         {package: has[package] for package in named if package in has},
         tuple(package for package in others if package not in has),
@@ -323,7 +323,7 @@ def hide_twins(top: Path) -> None:
 
 
 def listed_files(file: Path, folders: Collection[str]) -> Mapping[str, str]:
-    """What an earlier call wrote by its list, with sha256: files in some folders.
+    """Files in some folders that an earlier call wrote, by its list, with their sha256.
 
     Raises:
         VrxError: it is no such list.
@@ -381,7 +381,7 @@ def _links(over: Path, made: Mapping[str, bytes]) -> dict[str, Path]:
 
 
 def _lacking(folder: Path, name: str, made: Mapping[str, bytes]) -> Iterator[tuple[str, Path]]:
-    """What is in a folder of a package and not in ours, but for programs of which ours has one of the name."""
+    """Entries of a package's folder that ours lacks, but for programs of which ours has one of the name."""
     programs = NODES.get(name.partition("/")[0], {})
     for entry in sorted(folder.iterdir()):
         own = f"{name}/{entry.name}"

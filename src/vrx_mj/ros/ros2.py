@@ -18,7 +18,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.packages import install_command
 from vrx_mj.ros.cdr import decode, encode, fields, kind
-from vrx_mj.ros.interface import PACKAGES, Dialect, Inbox, Input, Output, RosInterface, Sent, Service, Traffic
+from vrx_mj.ros.interface import PACKAGES, Delivery, Dialect, Inbox, Input, Output, RosInterface, Service, Traffic
 from vrx_mj.ros.limits import Mailbox
 from vrx_mj.ros.messages import PADDING, Message, stamp
 from vrx_mj.ros.network import Notices, is_loopback
@@ -59,7 +59,7 @@ _EXAMPLES = {
     "vision_msgs": "labels of cameras",
     "visualization_msgs": "/vrx_mj/markers",
 }
-"""What lacks without a package, in messages."""
+"""Topics that are missing without a package, in messages."""
 
 
 def load_rclpy() -> Any:
@@ -134,8 +134,8 @@ Handle = Any
 _Entry = TypeVar("_Entry", Output, Input, Service)
 
 
-class _Held(NamedTuple, Generic[_Entry]):
-    """What of the table is offered, and rclpy's publisher, subscription or service for it."""
+class _Endpoint(NamedTuple, Generic[_Entry]):
+    """Entry of the table that is offered, and rclpy's publisher, subscription or service for it."""
 
     entry: _Entry
     handle: Handle
@@ -159,9 +159,9 @@ class Node:
             )
         except Exception as error:  # rclpy raises classes of its C extension
             raise NetworkError(f"ROS 2 does not start: {error}") from error
-        self._out: dict[str, _Held[Output]] = {}
-        self._in: dict[str, _Held[Input]] = {}
-        self._services: dict[str, _Held[Service]] = {}
+        self._out: dict[str, _Endpoint[Output]] = {}
+        self._in: dict[str, _Endpoint[Input]] = {}
+        self._services: dict[str, _Endpoint[Service]] = {}
         self._answers: deque[Callable[[], None]] = deque()
         """Responses that are ready, each a function that sends one."""
         self._senders: dict[str, str] = {}
@@ -182,7 +182,7 @@ class Node:
         _match(self._services, table.services, node.destroy_service, self._service)
         self._count()
 
-    def publish(self, batch: Sequence[Sent]) -> None:
+    def publish(self, batch: Sequence[Delivery]) -> None:
         """Send what somebody listens to, and what is kept for who comes later."""
         for sent in batch:
             out = self._out.get(sent.output.name)
@@ -206,7 +206,7 @@ class Node:
         while self._answers:
             self._answers.popleft()()
 
-    def _take_calls(self, name: str, offered: _Held[Service]) -> None:
+    def _take_calls(self, name: str, offered: _Endpoint[Service]) -> None:
         """Put what was asked of a service into the inbox; its answers are sent by this thread."""
         kind, service = offered.entry.type, offered.handle
         wire = importlib.import_module("rclpy.serialization")
@@ -254,7 +254,7 @@ class Node:
         self._rosout.publish(encode(line, "rcl_interfaces/Log"))
 
     def close(self) -> None:
-        """Leave."""
+        """Leave the graph of ROS 2."""
         self._node.destroy_node()
         self._rclpy.shutdown(context=self._context)
 
@@ -319,10 +319,10 @@ class Node:
 
 
 def _match(
-    held: dict[str, _Held[_Entry]], entries: Mapping[str, _Entry], destroy: Callable[[Handle], object],
+    held: dict[str, _Endpoint[_Entry]], entries: Mapping[str, _Entry], destroy: Callable[[Handle], object],
     create: Callable[[_Entry], Handle | None],
 ) -> None:  # fmt: skip
-    """Have what entries of the table need, where ROS 2 here has its messages, and nothing else."""
+    """Create and destroy so that each entry of the table whose messages ROS 2 has here is offered, and nothing else."""
     for name, (entry, handle) in list(held.items()):
         other = entries.get(name)
         latched = getattr(entry, "latched", None), getattr(other, "latched", None)
@@ -332,11 +332,11 @@ def _match(
     for name, entry in entries.items():
         handle = held[name].handle if name in held else create(entry)
         if handle is not None:
-            held[name] = _Held(entry, handle)
+            held[name] = _Endpoint(entry, handle)
 
 
 def _nothing(_raw: bytes) -> None:
-    """What an executor would call."""
+    """Do nothing in the place of a callback, which only an executor would call."""
 
 
 _logger = logging.getLogger(__name__)
@@ -355,7 +355,7 @@ class Ros2:
         self._inbox, self._host, self._packages = inbox, host, packages
         self._lock, self._woken, self._closing = threading.Lock(), threading.Event(), False
         self._table: RosInterface | None = None
-        self._queue: Mailbox[Sent] = Mailbox(lambda sent: sent.output.name)
+        self._queue: Mailbox[Delivery] = Mailbox(lambda sent: sent.output.name)
         self._lines: deque[tuple[str, str]] = deque(maxlen=_MOST_LINES)
         self._node: Node | None = None
         self._thread = threading.Thread(target=self._run, name="vrx_mj ROS 2", daemon=True)
@@ -398,7 +398,7 @@ class Ros2:
         """Nodes that publish a topic now."""
         return self._node.publishers(topic) if self._node else ()
 
-    def publish(self, batch: Sequence[Sent]) -> None:
+    def publish(self, batch: Sequence[Delivery]) -> None:
         """Send messages of one moment to who listens."""
         self._queue.put(batch)
         self._woken.set()

@@ -22,12 +22,12 @@ from vrx_mj.ros.diagnosis import Diagnosis
 from vrx_mj.ros.interface import (
     Call,
     Command,
+    Delivery,
     Dialect,
     Inbox,
     Input,
     Output,
     RosInterface,
-    Sent,
     Transport,
     dialect_of,
     publishers_of,
@@ -69,7 +69,7 @@ class Publisher:
         self._table, self._wanted = RosInterface(), frozenset[str]()
         self._read: dict[tuple[str, str], Subscription] = {}
         self._failed: set[tuple[str, str]] = set()
-        self._batch: list[Sent] = []
+        self._batch: list[Delivery] = []
         self._schedule = Schedule()
         self._last: dict[str, tuple[Message, bytes]] = {}
 
@@ -137,7 +137,7 @@ class Publisher:
         def take(reading: Reading) -> None:
             for output in outputs:
                 if output.name in self._wanted and (message := output.make(reading)) is not None:
-                    self._batch.append(Sent(output, message, reading.time))
+                    self._batch.append(Delivery(output, message, reading.time))
 
         self._read[key] = self._sim.subscribe(boat, sensor, take)
 
@@ -158,7 +158,7 @@ class Publisher:
         made = make()
         for message in made if isinstance(made, list) else [] if made is None else [made]:
             if output.rate or self._is_new(output, message):
-                self._batch.append(Sent(output, message, time))
+                self._batch.append(Delivery(output, message, time))
 
 
 class Lockstep:
@@ -301,7 +301,7 @@ class RosServer:
 
     @property
     def observation(self) -> Observation:
-        """What boats see at the present moment."""
+        """Observation of the boats at the present moment."""
         if self._seen is None or self._seen[0] != self.sim.time:
             self._seen = self.sim.time, self.sim.observe()
         return self._seen[1]
@@ -309,7 +309,7 @@ class RosServer:
     # Time
 
     def receive(self) -> None:
-        """Do what networks asked for since the last time."""
+        """Carry out what networks asked for since the last time."""
         commands, calls, unknown_publishers = self._inbox.drain()
         for command in commands:
             if self.lockstep is None or not self.lockstep.keep(command):
@@ -412,7 +412,7 @@ class RosServer:
         self.diagnosis.check_commands(boat, commands)
 
     def push(self, boat: str, thruster: str, force: float) -> None:
-        """Have a thruster push with a force [N] until its next command, or as near to it as it can.
+        """Command a thruster to push with a force [N] until its next command, or as near to it as it can.
 
         Raises:
             CommandError: the force is not a finite number.
@@ -474,7 +474,7 @@ class RosServer:
         return lines
 
     def note_move(self) -> None:
-        """Something was put somewhere."""
+        """Take note that something was put somewhere."""
         self._seen = None
         self.diagnosis.check_overlaps()
 
@@ -506,7 +506,7 @@ class RosServer:
         self._report("INFO", "time restarts at 0")
 
     def _spawn(self, name: str, newcomer: Newcomer) -> list[str]:
-        """Have a boat or object join; in words what it is."""
+        """Add a boat or object; returns lines on what it is."""
         self._folder = self._folder or tempfile.TemporaryDirectory(prefix="vrx_mj_joined_")
         folder, pose, lines = Path(self._folder.name), newcomer.pose, [f"{name} joins"]
         if newcomer.is_urdf:

@@ -18,7 +18,7 @@ from vrx_mj.drive.session import MAX_LAG, Pacer
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.nmea import PERIOD, RATE, Instruments, Sentence
 from vrx_mj.ros.graph import Graph, Server, Wires
-from vrx_mj.ros.interface import BOTH, PACKAGES, Inbox, Output, RosInterface, Sent, Traffic, Transport
+from vrx_mj.ros.interface import BOTH, PACKAGES, Delivery, Inbox, Output, RosInterface, Traffic, Transport
 from vrx_mj.ros.limits import Counts, Outbox
 from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.network import (
@@ -68,7 +68,7 @@ _CMD_VEL_NOTES: Mapping[CmdVel, str] = {
     "velocity": "cmd_vel sets a velocity [m/s, rad/s] to hold; with --cmd-vel thrust it is VRX's twist2thrust",
     "off": "cmd_vel is not subscribed to; with --cmd-vel thrust it is VRX's twist2thrust",
 }
-"""What velocity commands do, by mode, in messages."""
+"""Effect of velocity commands by mode, for messages."""
 
 
 def nmea_topics(boat: str) -> tuple[str, str]:
@@ -77,7 +77,7 @@ def nmea_topics(boat: str) -> tuple[str, str]:
 
 
 def nmea_outputs(instruments: Instruments, boat: str) -> Iterator[Output]:
-    """These topics, a message for each sentence."""
+    """Topics of a boat's instruments and AIS receiver, a message for each sentence."""
     made = (instruments.sentences, RATE), (instruments.reports, 1.0 / PERIOD)
     for name, (ask, rate) in zip(nmea_topics(boat), made, strict=True):
         yield Output(name, SENTENCE_TYPE, partial(_messages, ask, boat), rate, dialects=BOTH, recorded="nowhere")
@@ -95,7 +95,7 @@ class Nmea:
         self._boat, self._host, self.port, self._counts = boat, host, port, Counts()
         self._clients: dict[socket.socket, Outbox[bytes]] = {}
         self._rests: dict[socket.socket, bytes] = {}
-        """What is left of the line that each client is being sent."""
+        """Rest of the line that each client is being sent."""
         self._opened = contextlib.ExitStack()
         self.subscribed_topics: frozenset[str] = frozenset()
         """All of its topics at any time, since UDP has no subscribers."""
@@ -121,7 +121,7 @@ class Nmea:
         """Send the sentences of this table from now on."""
         self.subscribed_topics = frozenset(nmea_topics(self._boat)) & table.outputs.keys()
 
-    def publish(self, batch: Sequence[Sent]) -> None:
+    def publish(self, batch: Sequence[Delivery]) -> None:
         """Send the sentences among these messages."""
         self._accept()
         for sent in batch:
@@ -247,7 +247,7 @@ class Meter:
 
 
 @dataclass(frozen=True)
-class Wanted:
+class ServeOptions:
     """How a world is to be served."""
 
     ros1: bool = False
@@ -292,7 +292,7 @@ class Wanted:
 
 def serve(
     sim: Simulation,
-    wanted: Wanted,
+    wanted: ServeOptions,
     *,
     report: Report,
     status: Callable[[str], None] = lambda _line: None,
@@ -350,7 +350,7 @@ def serve(
         network.close()
 
 
-def _sentences(sim: Simulation, wanted: Wanted, report: Report) -> BoatOutputs:
+def _sentences(sim: Simulation, wanted: ServeOptions, report: Report) -> BoatOutputs:
     """The topics of NMEA sentences, if any are wanted; says what boats send."""
     if wanted.nmea is None:
         return lambda _boat: ()
@@ -375,7 +375,7 @@ class _Loop:
         self,
         server: RosServer,
         inbox: Inbox,
-        wanted: Wanted,
+        wanted: ServeOptions,
         transports: Sequence[Transport],
         over: Callable[[], bool],
         autopilots: Autopilots | None = None,
@@ -397,7 +397,7 @@ class _Loop:
         self._is_behind = False
 
     def run(self, ending: threading.Event, status: Callable[[str], None], report: Report) -> None:
-        """Until the end."""
+        """Serve until `ending` is set or the run is over."""
         server = self._server
         server.announce()
         if not (self._free or server.paused):
@@ -457,7 +457,7 @@ class _Loop:
         return (wanted.exit_on_completion and sim.task_is_over) or self._over()
 
 
-def _transports(network: Network, inbox: Inbox, wanted: Wanted, ending: threading.Event) -> Iterator[Transport]:
+def _transports(network: Network, inbox: Inbox, wanted: ServeOptions, ending: threading.Event) -> Iterator[Transport]:
     if not (wanted.for_ros or wanted.nmea) and wanted.foxglove is None:
         raise CommandError("no transport: --ros1, --rosbridge, --foxglove, --nmea or --ros2 is needed")
     graph = Graph(network, inbox)
@@ -488,7 +488,7 @@ def _transports(network: Network, inbox: Inbox, wanted: Wanted, ending: threadin
 
 @contextlib.contextmanager
 def _open(transports: Sequence[Transport]) -> Iterator[list[str]]:
-    """All of them, or none."""
+    """Start all transports, or none; yields the lines that they print."""
     with contextlib.ExitStack() as stack:
         lines: list[str] = []
         for transport in transports:
@@ -497,7 +497,7 @@ def _open(transports: Sequence[Transport]) -> Iterator[list[str]]:
         yield lines
 
 
-def _greet(server: RosServer, wanted: Wanted, report: Report) -> None:
+def _greet(server: RosServer, wanted: ServeOptions, report: Report) -> None:
     sim, tables = server.sim, server.tables
     boats = ", ".join(sim.boats) if len(sim.boats) <= 8 else f"{sim.boats[0]} ... {sim.boats[-1]}"
     count = f"{len(sim.boats)} {'boat' if len(sim.boats) == 1 else 'boats'}, {boats}" if sim.boats else "no boats"
@@ -522,7 +522,7 @@ def _greet(server: RosServer, wanted: Wanted, report: Report) -> None:
         report("INFO", "VRX_DEBUG=false: no wind and contact topics")
 
 
-def _show_addresses(wanted: Wanted, report: Report) -> None:
+def _show_addresses(wanted: ServeOptions, report: Report) -> None:
     """Show what to type on other machines, or why they cannot reach this one."""
     if not wanted.ros1 and wanted.rosbridge is None:
         return

@@ -24,7 +24,7 @@ class AppliedForce(NamedTuple):
     """A wrench on a body, or an effort at a joint, for a while."""
 
     title: str
-    """What it acts on, for people."""
+    """Name of what it acts on, for people."""
     body: str
     """MuJoCo's name of a body; empty: a joint has the effort."""
     joint: str
@@ -130,7 +130,7 @@ class AppliedForces:
         return asked
 
     def _generalized_force(self, force: AppliedForce) -> FloatArray:
-        """Its force on MuJoCo's degrees of freedom, (nv,)."""
+        """A force as one on MuJoCo's degrees of freedom, (nv,)."""
         model, push = self._sim.model, np.zeros(self._sim.model.nv)
         if force.joint:
             push[model.jnt_dofadr[model.joint(force.joint).id]] = force.values[0]

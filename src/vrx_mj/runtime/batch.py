@@ -64,7 +64,7 @@ _MAX_ROWS = 10**6
 """Largest number of rows, and of threads, of a batch."""
 
 Engine = Literal["mujoco", "free"]
-"""What integrates the rows of a batch."""
+"""Integrator of the rows of a batch."""
 
 
 class Batch:

@@ -166,7 +166,7 @@ def weather_step(a: Views, work: Work, dt: float) -> Air:
 
 @inlined_kernel
 def push_hull(index: int, a: Views, work: Work, waves: Waves, air: Air, time: float, dt: float, out: _Rows) -> None:
-    """Let water, wind and its thrusters push a hull; `out` are rows for the wrenches of `EFFECTS`, if wanted."""
+    """Push a hull by water, wind and its thrusters; `out` are rows for the wrenches of `EFFECTS`, if wanted."""
     hull = a.hulls[index]
     body = motion(a.qpos, a.qvel, hull.qpos, hull.dof)
     here = air if work is None else wind_at_hull(hull, a.air, air)

@@ -86,7 +86,7 @@ def boat_forces(arrays: LoopArrays, run_copy: RunCopy, index: int, time: float) 
 
 
 def _thrusts(arrays: LoopArrays, hull: Record, body: Motion, states: Table) -> dict[str, Wrench]:
-    """What the thrusters do, and the rudders and sails if there are any, about `link_com`."""
+    """Wrenches of the thrusters, and of the rudders and sails if there are any, about `link_com`."""
     wrenches = {"thrust": zero_wrench()}
     start = int(hull["thruster_start"])
     for row in range(start, start + int(hull["thruster_count"])):

@@ -41,7 +41,7 @@ class Rudder:
     """Density of the water times area of that propeller's disc [kg/m]."""
 
     def force_slope(self, speed: float, thrust: float) -> float:
-        """Its force to port per radian of a small angle [N/rad], at a speed ahead [m/s] and a thrust [N]."""
+        """Force of the rudder to port per radian of a small angle [N/rad], at a speed ahead [m/s] and a thrust [N]."""
         raced = race_speed(speed, thrust, 1.0, self.race_inertia) if self.race_share > 0.0 else 0.0
         return self.pressure * (self.race_share * raced * raced + (1.0 - self.race_share) * speed * speed)
 
@@ -185,7 +185,7 @@ class Propeller:
         return float(np.interp(force, self._forces, self._commands))
 
     def thrust_at(self, speed: float, force: float) -> float:
-        """What is left of a `force` at rest [N] at a `speed` through the water along its direction [m/s]."""
+        """Thrust [N] that is left of a `force` at rest [N] at a `speed` through the water along its direction [m/s]."""
         if self._water is None:
             return force
         own, quadrants, density = self._water

@@ -165,7 +165,7 @@ def _advance_free(a: Views, time: float, dt: float, steps: int, damping: FloatAr
 
 @expanded_kernel
 def _push_free(a: Views, work: Work, waves: Waves, damping: FloatArray, time: float, dt: float) -> Air:
-    """Let weather, water and thrusters push hulls and floats in the step to `time` [s]; returns the wind [m/s]."""
+    """Push hulls and floats by weather, water and thrusters in the step to `time` [s]; returns the wind [m/s]."""
     air = weather_step(a, work, dt)
     for i in range(a.hulls.size):
         push_hull(i, a, work, waves, air, time, dt, None)
@@ -241,7 +241,7 @@ def _turn_by_added_mass(
     model: _Address, data: _Address, hulls: Table, qpos: FloatArray, qvel: FloatArray, qacc_smooth: FloatArray,
     xfrc_applied: FloatArray,
 ) -> None:  # fmt: skip
-    """RunLock hulls by their `added_moment`, at the accelerations that they have with it.
+    """Turn hulls by their `added_moment`, at the accelerations that they have with it.
 
     These are found by substitution: each pass leaves the share c^2 A / I of the error, a few hundredths for a boat.
     A hull whose moment is settled keeps it, however long others take: it moves as if it were alone.
@@ -266,7 +266,7 @@ def _turn_by_added_mass(
 
 @inlined_kernel
 def _push_floats(a: Views, work: Work, waves: Waves, air: Air, damping: FloatArray, time: float, dt: float) -> None:
-    """Let water, wind and their own strength push all floating objects."""
+    """Push all floating objects by water, wind and their own strength."""
     for i in range(a.floats.size):
         apply_wrench(a.xfrc_applied, a.floats[i].body, _floating(i, a, work, waves, air, damping[i], time, dt))
     if work is not None:
@@ -279,7 +279,7 @@ def _push_floats(a: Views, work: Work, waves: Waves, air: Air, damping: FloatArr
 
 @inlined_kernel
 def _push_links(a: Views, work: Work, waves: Waves, air: Air, damping: FloatArray, time: float, dt: float) -> None:
-    """Let water and wind push the links of objects that have joints; a row of `damping` after those of the floats."""
+    """Push the links of objects that have joints by water and wind; a row of `damping` after those of the floats."""
     for i in range(a.links.size):
         item, own = a.links[i], damping[a.floats.size + i]
         center = a.subtree_com[a.body_root[item.body]]
@@ -295,7 +295,7 @@ def _push_links(a: Views, work: Work, waves: Waves, air: Air, damping: FloatArra
 
 @inlined_kernel
 def _push_docks(a: Views, work: Work, waves: Waves, air: Air, time: float, dt: float) -> None:
-    """Let water and wind push the blocks of floating docks, and their moorings pull."""
+    """Push the blocks of floating docks by water and wind, and pull them by their moorings."""
     stream = None if work is None else current_velocity(a.current, a.current_state, a.layers, 0.0, time)
     for i in range(a.blocks.size):
         apply_wrench(a.xfrc_applied, a.blocks[i].body, block_load(i, a, waves, stream, air, time, dt))

@@ -54,7 +54,7 @@ _LOCK = "lock"
 STATE_TABLES = tuple(name for name, array in ARRAYS.items() if array.use == STATE)
 """Names of the tables that change from step to step, in the order of a state's bytes."""
 _CUT = "; it is damaged, or another version of vrx_mj made it: make it again"
-"""What is wrong with a state that has more or less than its world's states."""
+"""Advice on a state that has more or less than its world's states."""
 _NEVER = -1.0
 """Time of a touch that did not happen [s]."""
 
@@ -78,7 +78,7 @@ def mujoco_arrays(data: mujoco.MjData) -> dict[str, FloatArray]:
 
 
 def _windage(own: Windage) -> list[WindageRow]:
-    """What a hull shows to the wind, by the angle of that."""
+    """Coefficients of the wind on a hull, by its angle."""
     areas = Areas(own.frontal_area, own.lateral_area, own.length, own.height)
     if own.vessel:
         return windage_rows(blendermann_curve(own.vessel, areas), areas)
@@ -88,7 +88,7 @@ def _windage(own: Windage) -> list[WindageRow]:
 
 
 def _kinds(owned: Iterable[_T | None]) -> list[_T]:
-    """What rows have of a kind, each once: equal ones share it."""
+    """Values of rows, each once: equal ones share it."""
     return list(dict.fromkeys(own for own in owned if own is not None))
 
 
@@ -319,7 +319,7 @@ class LoopArrays:
 
     @property
     def display_marks(self) -> FloatArray:
-        """What lights and placards show now."""
+        """Marks of what lights and placards show now."""
         return self.display_part(self.sample_clocks.device_state)
 
     def display_part(self, device_state: FloatArray) -> FloatArray:
@@ -340,7 +340,7 @@ class LoopArrays:
         return axes @ local[:3], axes @ local[3:]
 
     def release(self, boat: str) -> None:
-        """Let go of a boat that is held by a weld."""
+        """Release a boat that is held by a weld."""
         for index in range(self.model.neq):
             if self.model.equality(index).name == f"{_LOCK}/{boat}":
                 self.data.eq_active[index] = 0
@@ -447,7 +447,7 @@ class LoopArrays:
             offset += table.nbytes
 
     def _check_moments(self, block: bytes) -> None:
-        """What sensors latched is not huge; what counts shots, or names what is shown, is in its range."""
+        """Check that what sensors latched is not huge, and that shots and marks of displays are in their range."""
         devices, _, latched = self.sample_clocks.parts(block)
         place = self.model.nq + self.model.nv
         if (np.abs(latched[..., :place]) >= MAX_STATE).any():

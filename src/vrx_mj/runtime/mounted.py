@@ -41,7 +41,7 @@ class Mounted:
 
     @property
     def kind(self) -> SensorKind:
-        """Its type's record."""
+        """Record of the sensor's type."""
         return SENSOR_KINDS[self.config.type]
 
     @property

@@ -126,7 +126,7 @@ def free_bodies(arrays: LoopArrays, model: mujoco.MjModel, hulls: Table, vessels
 
 
 def _water_mass(hull: Record, vessels: Table) -> FloatArray:
-    """What water adds to the mass of a hull, (6, 6), with the moment -c x A a of VRX's."""
+    """Added mass of a hull, (6, 6), with the moment -c x A a of VRX's."""
     if hull["vessel"] >= 0:
         return np.array(vessels[hull["vessel"]]["added_mass"])
     added = np.diag(hull["added_mass"])
@@ -237,7 +237,7 @@ class RowTables:
         data.qpos[:], data.qvel[:], data.time = self.qpos[row], self.qvel[row], self.time[row]
 
     def start_free(self, which: IntArray) -> None:
-        """Let rows of free bodies go on without data of MuJoCo's."""
+        """Continue rows of free bodies without data of MuJoCo's."""
         for row in which.tolist():
             self._data.pop(row, None)
         self.runs["data"][which] = 0
@@ -270,7 +270,7 @@ class RowTables:
         return part
 
     def take_seas(self, which: IntArray) -> None:
-        """Let rows go on in the seas that `seas` has for them now."""
+        """Give rows the seas that `seas` has for them now."""
         seas, known = self.seas, self.stacks["own_waves"]
         if seas.shared:
             if known is not seas.own:
@@ -360,7 +360,7 @@ class RowTables:
         return integration_state(self._model(row), self._data.get(row, self.arrays.data))
 
     def snapshot(self) -> tuple[Any, ...]:
-        """What a copy needs for `restore`."""
+        """Everything that `restore` takes, for a copy."""
         flats = {row: self.integration_state(row) for row in self._data}
         stacks = {name: self.stacks[name] for name in _STACKED}
         return self.masses, flats, stacks, self.seas, self.time, self.done, self.qpos, self.qvel
@@ -404,7 +404,7 @@ class Equilibrium:
         self._centers = np.ascontiguousarray((turned @ away[:, :, None])[..., 0])
 
     def largest_masses(self) -> FloatArray:
-        """(boats,): factors of mass up to which boats float at rest on a calm; beyond, an end goes under.
+        """Factors of mass (boats,) up to which boats float at rest on a calm; beyond, an end goes under.
 
         Found by halving, below the factor with which all that can be under water just carries the weight.
         """
@@ -535,7 +535,7 @@ class Variation:
             self._rows.take_seas(which)
 
     def snapshot(self) -> tuple[Any, ...]:
-        """What a copy needs for `restore`."""
+        """Everything that `restore` takes, for a copy."""
         return self._values, self._own
 
     def restore(self, values: dict[str, FloatArray], own: defaultdict[int, dict[str, float]]) -> None:

@@ -92,7 +92,7 @@ class MotionWarnings:
 
 
 def harmless_speeds(world: Parameters) -> list[float]:
-    """For each boat the speed forward over ground [m/s] up to which `MotionWarnings` do not call it fast."""
+    """Speeds forward over ground [m/s], by boat, up to which `MotionWarnings` do not call it fast."""
     current = math.hypot(*world.current.mean) if world.current else 0.0
     return [_fastest(world, own.vessel) - current - 1e-9 if own.vessel else math.inf for own in world.hulls]
 

@@ -26,7 +26,7 @@ _ALL_LOCKS: "weakref.WeakSet[RunLock]" = weakref.WeakSet()
 
 
 class RunLock:
-    """Whose turn it is with a run."""
+    """Lock of a run: which thread may use it now."""
 
     __slots__ = ("__weakref__", "boats_lock", "claim", "lock", "what")
 
@@ -100,11 +100,11 @@ if hasattr(os, "register_at_fork"):
 BUSY.append(lambda own: any(abs(lock.claim.get(HOLDER, own)) != own for lock in list(_ALL_LOCKS)))
 
 
-class _Shared(Protocol):
+class _HasRunLock(Protocol):
     _run_lock: RunLock
 
 
-_S = TypeVar("_S", bound=_Shared)
+_S = TypeVar("_S", bound=_HasRunLock)
 
 
 def with_run_lock(method: Callable[Concatenate[_S, _P], _R]) -> Callable[Concatenate[_S, _P], _R]:

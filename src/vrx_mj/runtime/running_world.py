@@ -251,7 +251,7 @@ class RunningWorld:
     # Advancing
 
     def compile(self) -> None:
-        """Have the loop compiled, if it is not."""
+        """Compile the loop, if it is not compiled yet."""
         with compile_notice(self._loop):
             self._loop(self._run.table, 0, self.time, self.arrays.timestep, 0)
 

@@ -41,7 +41,7 @@ from vrx_mj.sensors.readings import Image, Mount, Place, PointCloud, Reading, Sc
 from vrx_mj.sensors.view import Labeller
 
 _SEA_COMPILING = ("the sea's pictures", 8)
-"""What cameras compile, and for about how long [s]."""
+"""Name of what cameras compile, and about how long that takes [s]."""
 _STILL_SHOT_PROFILES = ("vrx", "vrx3")
 """Profiles of physics in which a ball leaves the shooter without the boat's velocity."""
 _Drawing = Callable[[], mujoco.MjModel]
@@ -105,7 +105,7 @@ class Sights:
         return self._lidars[key]
 
     def compile(self, sensors: Sequence[Mounted], now: Moment) -> None:
-        """Have the kernels that cameras and lidars need compiled, if they are not; `now` is any moment.
+        """Compile the kernels that cameras and lidars need, if they are not compiled yet; `now` is any moment.
 
         What is cached is left for the first reading to load, in a fraction of a second.
         """
@@ -241,7 +241,7 @@ class Sensing:
         self._kept.clear()
 
     def renew(self) -> None:
-        """Something was moved by hand: moments of the present time are caught again."""
+        """Latch moments of the present time again, after something was moved by hand."""
         self.arrays.sample_clocks.renew(self.arrays.data.qpos, self.arrays.data.qvel, self.arrays.data.time)
         self._kept.clear()
 
@@ -255,16 +255,16 @@ class Sensing:
 
     @with_run_lock
     def sense(self, boat: str, name: str) -> Reading:
-        """What a sensor last measured, for any thread; CommandError while another advances, else as `read`."""
+        """Last reading of a sensor, for any thread; CommandError while another advances, else as `read`."""
         return self.read(boat, name)
 
     def compile(self) -> None:
-        """Have the kernels compiled that the boats' cameras and lidars need; nothing is measured."""
+        """Compile the kernels that the boats' cameras and lidars need; nothing is measured."""
         data, marks = self.arrays.data, self.arrays.sample_clocks.device_state
         self.sights.compile(self.arrays.sensors, Moment(0, float(data.time), data.qpos, data.qvel, marks))
 
     def read(self, boat: str, name: str) -> Reading:
-        """What a sensor last measured; the same object until it measures again.
+        """Last reading of a sensor; the same object until it measures again.
 
         Raises:
             UnknownNameError: no such boat, or no such sensor on it.
@@ -356,7 +356,7 @@ class Sensing:
 
 
 class _Measurement:
-    """What a reading of a sensor is made from: see `sensors.kinds.Measurement`."""
+    """Data from which a reading of a sensor is made: see `sensors.kinds.Measurement`."""
 
     __slots__ = ("_before", "_now", "_sensing", "_sensor", "draw")
 

@@ -156,7 +156,7 @@ class State:
             warn(f"the state at t = {self.time:g} s is {text}", 2)
 
     def _other_parts(self, like: "State") -> str:
-        """What this state has more or less of than one of another world."""
+        """Differences in size between this state and one of another world, in words."""
         sizes = (
             (len(self.mujoco), len(like.mujoco), "numbers of MuJoCo's bodies"),
             (self.moving, like.moving, "bytes of tables"),

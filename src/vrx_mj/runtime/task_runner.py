@@ -74,7 +74,7 @@ class TaskRunner:
             self.layout = FrameLayout.of(world.parameters.task, self.referee.watched)
 
     def reset(self) -> None:
-        """Begin anew."""
+        """Begin the task anew."""
         self._seen = -1
         self._sent: list[Message] = []
         self._record: list[Event] = []
@@ -93,7 +93,7 @@ class TaskRunner:
         return steps_to_multiple(time, self._arrays.timestep, self._stride)
 
     def look(self, time: float) -> Decision | None:
-        """Have the referee look at the present, `time` [s]; None unless a frame is due that was not looked at."""
+        """Pass the present frame, `time` [s], to the referee; None unless one is due that it has not seen."""
         if self.referee is None or self.referee.is_over:
             return None
         step = round(time / self._arrays.timestep)

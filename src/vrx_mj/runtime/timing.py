@@ -108,7 +108,7 @@ class Pause:
     """A pause between two looks: by simulated time, or by the clock on the wall."""
 
     def __init__(self, early: float = 0.0) -> None:
-        """No pause yet; a look may come by `early` [s] before its end."""
+        """Start without a pause; a look may come by `early` [s] before its end."""
         self._early = early
         self.end()
 
@@ -143,7 +143,7 @@ class Moment:
 def latch(
     clocks: Table, latched: FloatArray, qpos: FloatArray, qvel: FloatArray, device_state: FloatArray, time: float
 ) -> None:
-    """Let every clock whose next moment is due at `time` [s] latch it; `latched` has shape (clocks, 2, numbers)."""
+    """Latch the moment of every clock whose next one is due at `time` [s]; `latched` has shape (clocks, 2, numbers)."""
     for k in range(clocks.size):
         clock = clocks[k]
         index = newest_sample(clock.rate, time)
@@ -191,7 +191,7 @@ class SampleClocks:
         self.latched = np.concatenate((self.latched, row))
 
     def latch_due(self, qpos: FloatArray, qvel: FloatArray, time: float) -> None:
-        """Let the clocks latch what is due now, as they do in the loop."""
+        """Latch the moments that are due now, as in the loop."""
         latch(self.clocks, self.latched, qpos, qvel, self.device_state, time)
 
     def renew(self, qpos: FloatArray, qvel: FloatArray, time: float) -> None:

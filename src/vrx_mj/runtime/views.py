@@ -181,7 +181,7 @@ def row_views(_context: Any, run: Any) -> Any:
 
 
 def _views(run: Any, *without: str) -> Any:
-    """What an intrinsic returns that makes `Views`."""
+    """Signature and code of an intrinsic that makes `Views`."""
     kinds = [
         types.none if name in without else types.Array(from_dtype(array.dtype), array.ndim, "C")
         for name, array in ARRAYS.items()

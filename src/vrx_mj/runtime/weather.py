@@ -81,7 +81,7 @@ class Sea:
         return self._at(pressures, (), x=x, y=y, z=z, t=t)
 
     def _at(self, kernel: Callable[..., None], each: tuple[int, ...], **given: npt.ArrayLike) -> FloatArray:
-        """What a kernel writes at each point, of shape `each`."""
+        """Values that a kernel writes at each point, of shape `each`."""
         grid = _broadcast({name: as_numbers(name, value) for name, value in given.items()})
         flat = [np.array(values).reshape(-1) for values in grid]
         out = np.empty((*flat[0].shape, *each))
@@ -156,7 +156,7 @@ class Wind:
         return np.array(found, np.float64).reshape(heights.shape)
 
     def _replay_to(self, steps: int) -> None:
-        """Have the velocities (steps + 1, 2) after each step so far, or of more."""
+        """Extend the replayed velocities to those after each of so many steps, (steps + 1, 2) or more."""
         missing = steps + 1 - len(self._replayed)
         if missing <= 0:
             return

@@ -131,7 +131,7 @@ class Cameras:
         self._sea.set_waves(waves)
 
     def compile(self) -> None:
-        """Have the kernels that pictures need compiled; nothing is drawn."""
+        """Compile the kernels that pictures need; nothing is drawn."""
         dot = np.zeros((1, 1, 3), np.uint8)
         self._sea.move(np.zeros(3), np.array([0.0, 0.0, 1.0]), 0.0, math.pi, 0.0)
         with_grain(dot, grain_table(0.01), np.uint64(0), dot.copy())

@@ -28,7 +28,7 @@ DEBIAN = {
     "osmesa": "libosmesa6 libopengl0",
     "glfw": "libgl1 libgl1-mesa-dri",
 }
-"""What MuJoCo's ways to draw need, as Debian and Ubuntu call it; glfw draws on a screen."""
+"""Packages of Debian and Ubuntu that MuJoCo's ways to draw need; glfw draws on a screen."""
 _OFF_VALUES = ("disable", "disabled", "off", "false", "0")
 """Values of `MUJOCO_GL` that forbid drawing."""
 _AUTOMATIC_VALUES = ("", "enable", "enabled", "on", "true", "1")
@@ -49,7 +49,7 @@ _AS_IDS = [int(mujoco.mjtRndFlag.mjRND_SEGMENT), int(mujoco.mjtRndFlag.mjRND_IDC
 """Flags that draw each shape in one colour: its number from 1 on, in 24 bits, least byte first."""
 _OPEN_CANVASES: "weakref.WeakSet[Canvas]" = weakref.WeakSet()
 _ORPHANS: dict[threading.Thread, list[tuple[Any, Any]]] = {}
-"""What canvases held that another thread than theirs has closed: it can be freed in theirs alone."""
+"""Resources of canvases that another thread than theirs has closed: they can be freed in theirs alone."""
 
 
 def _new_context(width: int, height: int) -> Any:

@@ -14,7 +14,7 @@ from vrx_mj.model.things import Light, Placard
 from vrx_mj.model.world import Parameters
 
 CODES = (*LIGHT_COLORS, OFF)
-"""What a light shows, by its number."""
+"""Colours that a light shows, by their numbers."""
 _DARK = CODES.index(OFF)
 """Number of the colour of a dark light."""
 _COLOR_TIME, _COLOR_COUNT = 1.0, 5
@@ -49,7 +49,7 @@ class Display:
     """Where its marks are among those of all displays."""
 
     def codes(self, marks: FloatArray, time: FloatArray) -> IntArray:
-        """What it shows (n,), as a number, by rows of all displays' marks (n, m) at times (n,) [s]."""
+        """Numbers of what it shows (n,), by rows of all displays' marks (n, m) at times (n,) [s]."""
         own = marks[:, self.marks]
         return _light_codes(own, time) if self.kind == "light" else own[:, 0].astype(np.int64)
 

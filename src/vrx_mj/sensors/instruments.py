@@ -67,7 +67,7 @@ def _key(seed: int, boat: str, sensor: str, life: int) -> int:
 
 
 def errors(model: ErrorModel, draw: Draw, axis: int) -> FloatArray:
-    """(3,) errors along the axes of a model, whose streams are `axis` and the two after it."""
+    """Errors (3,) along the axes of a model, whose streams are `axis` and the two after it."""
     return np.array([axis_of(model, draw, axis, k) for k in range(3)])
 
 
@@ -78,12 +78,12 @@ def axis_of(model: ErrorModel, draw: Draw, axis: int, k: int) -> float:
 
 
 def variances(model: ErrorModel) -> FloatArray:
-    """(3,) variances of the errors, drift included: what Hector's plugins write into covariances."""
+    """Variances (3,) of the errors, drift included: what Hector's plugins write into covariances."""
     return np.square(model.drift) + np.square(model.noise)
 
 
 def covariance(*variance: float) -> tuple[float, ...]:
-    """(9,) row by row: the covariance of three errors that have nothing to do with each other."""
+    """Covariance (9,), row by row, of three errors that have nothing to do with each other."""
     return tuple(float(value) for value in np.diag(variance).flat)
 
 
@@ -130,10 +130,10 @@ class Measurement(Protocol):
         """Velocity of the air past the sensor, (3,) [m/s], its axes."""
 
     def picture(self) -> Image:
-        """What a camera at the sensor's place sees."""
+        """Picture of a camera at the sensor's place."""
 
     def scan(self) -> PointCloud | Scan:
-        """What a lidar at the sensor's place meets."""
+        """Returns of a lidar at the sensor's place."""
 
     def echo(self) -> float:
         """How far along an echo sounder's beam the bottom is [m]; inf without an echo."""
@@ -150,7 +150,7 @@ class RecordedNumbers:
     fields: int | None = None
     """How many fields of the data are held; None for all."""
     problem: Callable[[FloatArray], str] = lambda _numbers: ""
-    """What is wrong with numbers of a file; empty if nothing is."""
+    """Returns what is wrong with numbers of a file; empty if nothing is."""
 
 
 @dataclass(frozen=True)
@@ -162,7 +162,7 @@ class Plot:
     title: str
     """Heading of the plot, with the unit."""
     values: Callable[[Any], Any]
-    """What it shows of a reading's data: a number, or three."""
+    """Returns what the plot shows of a reading's data: a number, or three."""
     axes: bool = False
     """Whether there are three numbers, along x, y and z."""
 
@@ -174,7 +174,7 @@ class SensorKind:
     config: type[Any]
     """Class of the sensor's configuration in `config.sensors`."""
     measure: Callable[[Measurement], Any]
-    """What makes a reading's data."""
+    """Makes a reading's data."""
     numbers: RecordedNumbers | None = None
     """How a recording holds its data; None for pictures, which are held as they are shown."""
     start_marks: Callable[[Any], tuple[float, ...]] = lambda _config: ()
@@ -202,7 +202,7 @@ def apparent_wind(air: Callable[[float, float], FloatArray], time: float, level:
 
 
 def wind_reading(config: AnemometerConfig, flow: FloatArray, draw: Draw) -> ApparentWind:
-    """What a sensor measures of the air that streams past it, (3,) [m/s] in its axes: what is along its x and y."""
+    """Reading of the air that streams past a sensor, (3,) [m/s] in its axes: by the part along its x and y."""
     ahead, port = (draw.error(axis, config.noise) - float(flow[axis]) for axis in (0, 1))
     return ApparentWind(math.hypot(ahead, port), math.atan2(port, ahead))
 
@@ -242,7 +242,7 @@ def bottom_distance(place: Place, level: float, depth: float | None) -> float:
 
 
 def echo(config: EchoSounderConfig, distance: float, draw: Draw) -> Echo:
-    """What a sounder measures at a true distance [m]; inf where it is out of range."""
+    """Reading of a sounder at a true distance [m]; inf where it is out of range."""
     found, (near, far) = distance + draw.error(0, config.noise), config.range
     return _echo(found if near <= found <= far else math.inf, config)
 
@@ -267,7 +267,7 @@ ECHO_SOUNDER = SensorKind(
 
 
 def heading(config: GnssCompassConfig, place: Place, x_from_east: float, draw: Draw) -> Heading:
-    """What a compass at `place` measures, in a world whose x axis is `x_from_east` [rad].
+    """Reading of a compass at `place`, in a world whose x axis is `x_from_east` [rad].
 
     The heading is that of the sensor's x axis seen from above, and the rate of turn its rate. East is that of the
     world's origin: at Sydney true east is 0.006 degrees off at 1 km.
@@ -297,7 +297,7 @@ GNSS_COMPASS = SensorKind(
 
 
 def fix(config: GpsConfig, place: Place, earth: Geodetic, draw: Draw) -> Fix:
-    """What a receiver at `place` measures.
+    """Reading of a receiver at `place`.
 
     Errors and their covariance, which has the drift in it, are along east, north and up: Hector's errors are along the
     world's axes. The velocity's axes are level at the world's origin: at 1 km they lean 0.01 degrees.
@@ -337,7 +337,7 @@ def inertia(
     draw: Draw,
     x_from_east: float = 0.0,
 ) -> Inertia:
-    """What a unit at `place` measures, that was at the place `before` an `interval` [s] ago.
+    """Reading of a unit at `place` that was at the place `before` an `interval` [s] ago.
 
     The angular rate is the turn since then over the interval, the acceleration the change of velocity over the
     interval less `gravity` [m/s2, world axes]: both are means over the interval, in the sensor's present axes. The

@@ -157,7 +157,7 @@ class Lidar:
         self._geoms = geoms if own else geoms[others]
 
     def scan(self, data: mujoco.MjData, key: int, index: int, sea: Water | None = None) -> PointCloud | Scan:
-        """What the lidar gives: a cloud of its returns, or a planar scan.
+        """Output of the lidar: a cloud of its returns, or a planar scan.
 
         A ray's noise depends on the key, the scan's number and the ray's own number alone, not on what else is
         hit. In a cloud, as in VRX's, a return is dropped when noise carries it out of the range; in a scan it

@@ -74,7 +74,7 @@ def place_of_mount(pose: FloatArray, velocity: FloatArray, mount: Mount) -> Plac
 
 
 def _cross(one: FloatArray, other: FloatArray) -> FloatArray:
-    """(3,) vector product; numpy's own takes 50 times as long."""
+    """Vector product (3,); numpy's own takes 50 times as long."""
     (a, b, c), (x, y, z) = one.tolist(), other.tolist()
     return np.array([b * z - c * y, c * x - a * z, a * y - b * x])
 

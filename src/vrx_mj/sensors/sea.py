@@ -93,7 +93,7 @@ class SeaSkin(Skin):
         super().__init__(int(model.skin_vertnum[0]) if self.wet else 0)
 
     def set_waves(self, waves: Table) -> None:
-        """Have these waves, `tables.WAVE`, instead of the world's from now on."""
+        """Replace the world's waves by these, `tables.WAVE`, from now on."""
         if waves.tobytes() != self._waves.tobytes():
             self._waves, self._shading = waves.copy(), ripples(waves)
 
@@ -119,7 +119,7 @@ class SeaSkin(Skin):
         return np.asarray(first + (other - first) * np.maximum(u, v) + (last - other) * np.minimum(u, v), np.float64)
 
     def floats(self, data: mujoco.MjData, eye: FloatArray, time: float) -> FloatArray:
-        """What stands in the water near an eye (3,) [m] at `time` [s], as `draw_surface` has it; foam grows with waves.
+        """Boxes for `draw_surface` of what stands in water near an eye (3,) [m] at `time` [s]; foam grows with waves.
 
         Meshes count by boxes along their waterline, other geoms by one, whose axis nearest to upright is left out.
         """

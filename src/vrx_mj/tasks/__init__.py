@@ -13,7 +13,7 @@ from vrx_mj.tasks.referee import Referee
 from vrx_mj.tasks.wildlife import Wildlife
 
 Form = Literal["number", "numbers", "text", "place", "places"]
-"""What an output is: numbers change from frame to frame, texts and places do not once they are announced."""
+"""Form of an output: numbers change from frame to frame, texts and places do not once they are announced."""
 _ERRORS: Mapping[str, Form] = {"pose_error": "number", "mean_pose_error": "number"}
 """Outputs of tasks that score an error of the pose."""
 _DOCKING: Mapping[str, None] = {"color_sequence_open": None, "symbol": None}
@@ -27,7 +27,7 @@ class TaskKind:
     rules: Callable[[Any], Referee]
     """Makes the referee from the task's compiled form."""
     score: str
-    """What the score is."""
+    """Meaning of the score."""
     unit: str
     """Unit of the score."""
     better: Literal["lower", "higher"]
@@ -37,7 +37,7 @@ class TaskKind:
 
     @property
     def meaning(self) -> str:
-        """What the score is, its unit and which scores are better, in a line."""
+        """The score, its unit and which scores are better, in a line."""
         unit = "" if self.unit == "points" else f", in {self.unit}"
         return f"{self.score}{unit}; {self.better} is better"
 

@@ -286,7 +286,7 @@ class GymkhanaState(RunningMean):
     """Sums over the frames since the run began, the way through the channel included."""
 
     channel: dict[str, Any] = field(default_factory=dict)
-    """What the channel's referee dumped."""
+    """State of the channel's referee, as it was dumped."""
 
 
 class Gymkhana(Referee):

@@ -51,7 +51,7 @@ def score_text(phase: str, score: float | None, unit: str = "") -> str:
 
 @dataclass
 class TaskStatus:
-    """What every task has, as VRX's `/vrx/task/info` has it. Times are simulated, from the world's start [s]."""
+    """Status that every task has, as in VRX's `/vrx/task/info`. Times are simulated, from the world's start [s]."""
 
     ready_time: float
     """When the task becomes ready."""
@@ -131,7 +131,7 @@ class Frame:
     poses: Mapping[str, Pose]
     """Poses by name of the boat, object or ball; a dock has the name of its placement."""
     touches: Mapping[str, float] = field(default_factory=dict)
-    """What the scored boat has touched, by name, and when it last did [s]; nothing that it never touched."""
+    """Time [s] of the last touch of the scored boat with each thing that it has touched, by name."""
     messages: tuple[Message, ...] = ()
     """Sent since the frame before, in their order."""
 
@@ -142,7 +142,7 @@ class FrameLayout:
 
     watched: tuple[str, ...]
     rivals: tuple[str, ...]
-    """What the boat may touch; the time [s] of its last touch is negative until there was one."""
+    """Things that the boat may touch; the time [s] of its last touch is negative until there was one."""
 
     @property
     def width(self) -> int:
@@ -177,7 +177,7 @@ def frame_stride(timestep: float) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Release:
-    """Let go of the boat."""
+    """Release the boat."""
 
     boat: str
 
@@ -193,7 +193,7 @@ class PlaceObject:
 
 @dataclass(frozen=True, slots=True)
 class LightUp:
-    """Have a light buoy show three colours in turn, from a second later on."""
+    """Make a light buoy show three colours in turn, from a second later on."""
 
     name: str
     colors: tuple[str, str, str]
@@ -201,7 +201,7 @@ class LightUp:
 
 @dataclass(frozen=True, slots=True)
 class ShowSymbol:
-    """Have a placard show a symbol."""
+    """Make a placard show a symbol."""
 
     placard: str
     symbol: str
@@ -238,7 +238,7 @@ class RunningMean:
 
     @property
     def outputs(self) -> "Outputs":
-        """What a team sees of the errors: nothing before the first frame."""
+        """Errors that a team observes; empty before the first frame."""
         return {"pose_error": self.error, "mean_pose_error": self.mean} if self.frames else {}
 
     def add(self, error: float) -> float:
@@ -291,7 +291,7 @@ def _same_length(first: object, given: object) -> bool:
 
 
 Outputs = dict[str, Any]
-"""What a team may read of its task, by topic: plain data, as JSON holds it."""
+"""Data that a team may read of its task, by topic: plain, as JSON holds it."""
 
 
 class Referee:
@@ -325,7 +325,7 @@ class Referee:
         self.restart()
 
     def restart(self) -> None:
-        """Begin anew."""
+        """Begin the task anew."""
         self.status = replace(self._start)
         self._load_state(self._first)
         self._actions: list[Action] = []
@@ -360,7 +360,7 @@ class Referee:
 
     @property
     def info(self) -> dict[str, object]:
-        """What VRX's `/vrx/task/info` has: phase, times [s], collisions and score; and which boat has the task."""
+        """Content of VRX's `/vrx/task/info`: phase, times [s], collisions and score; and which boat has the task."""
         return {"type": self.type, "name": self.name, "boat": self.boat, **self.status.info()}
 
     @property
@@ -420,7 +420,7 @@ class Referee:
         self._enter("finished")
 
     def act(self, action: Action) -> None:
-        """Do something to the world, at this frame."""
+        """Order an action on the world, at this frame."""
         self._actions.append(action)
 
     def log(self, text: str, level: str = "INFO") -> None:

@@ -25,7 +25,7 @@ _KIND_BY_GOAL = {
     "circumnavigate_clockwise": "platypus",
     "circumnavigate_counterclockwise": "turtle",
 }
-"""What kind of animal teams see: VRX goes by the goal, not by the model."""
+"""Kind of animal that teams see: VRX goes by the goal, not by the model."""
 _NUMBERS = ("x", "y", "z", "yaw")
 """Keys of an animal's place in the world frame [m, rad]."""
 _ANIMAL_KEYS = frozenset({"name", *_NUMBERS, "latitude", "longitude"})

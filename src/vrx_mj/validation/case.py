@@ -117,10 +117,10 @@ def bands() -> Mapping[tuple[str, str], Band]:
 
 @dataclass(frozen=True)
 class Row:
-    """One comparison."""
+    """One comparison in the report."""
 
     quantity: str
-    """What is compared."""
+    """Quantity that is compared."""
     unit: str
     """Unit of all its numbers; empty for ratios and counts."""
     reference: float | None
@@ -128,7 +128,7 @@ class Row:
     ours: float
     """Our value."""
     band: Band
-    """What the reference is, and what is near enough."""
+    """Kind of reference, and how near is near enough."""
     theory: float | None = None
     """Value of exact theory, where the reference is another."""
 
@@ -180,7 +180,7 @@ class Comparison:
     """Result of a case for one quantity."""
 
     quantity: str
-    """What is compared, as `bands.csv` names it."""
+    """Quantity that is compared, as `bands.csv` names it."""
     unit: str
     """Unit of all its numbers; empty for ratios and counts."""
     reference: SupportsFloat | None
@@ -202,7 +202,7 @@ class Comparison:
 
 
 Outcome = Iterator[Comparison | Chart]
-"""What a case finds: comparisons, and curves that show them."""
+"""Findings of a case: comparisons, and curves that show them."""
 
 
 @dataclass(frozen=True)
@@ -214,7 +214,7 @@ class Case:
     title: str
     """Heading of the case."""
     setup: str
-    """What is set up and measured."""
+    """Description of what is set up and measured."""
     source: str
     """Formula of the reference, and where it is from."""
     files: tuple[str, ...]

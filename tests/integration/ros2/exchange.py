@@ -17,7 +17,7 @@ from std_srvs.srv import SetBool
 from visualization_msgs.msg import MarkerArray
 
 from vrx_mj.ros import cdr
-from vrx_mj.ros.interface import Inbox, Input, Output, RosInterface, Sent, Service
+from vrx_mj.ros.interface import Delivery, Inbox, Input, Output, RosInterface, Service
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.ros2 import Ros2
 from vrx_mj.ros.table.host import header
@@ -81,7 +81,7 @@ class Client:
 
 
 def send(ros2, *names):
-    ros2.publish([Sent(OUTPUTS[name], MADE[name], 12.5) for name in names])
+    ros2.publish([Delivery(OUTPUTS[name], MADE[name], 12.5) for name in names])
 
 
 def main():

@@ -299,7 +299,7 @@ FREE = {
     "FleetConfig.headings", "FleetConfig.heading", "FleetConfig.origin", "HoleConfig.size", "Layout.headings",
     "Layout.heading", "Rules.release",
     "_JoiningBoat.ais", "_JoiningBoat.engines",
-    "StationkeepingTask.type", "TargetConfig.size", "_Built.ais", "_Built.engines",
+    "StationkeepingTask.type", "TargetConfig.size", "_BoatKeys.ais", "_BoatKeys.engines",
     "WindageConfig.vessel", "PhysicsConfig.profile",
 }  # fmt: skip
 """Choices with which no other key of theirs has another meaning; that of the profile is tried with sea and wind."""

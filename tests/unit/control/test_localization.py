@@ -9,7 +9,7 @@ from scipy.stats import chi2
 
 import vrx_mj
 from vrx_mj.config.sensors import ErrorModel, GpsConfig, ImuConfig
-from vrx_mj.control.navigation import Localizer, truly_located
+from vrx_mj.control.navigation import Localizer, true_odometry
 from vrx_mj.frames import matrix_quaternion, rotation_vector
 from vrx_mj.model.things import Georeference
 from vrx_mj.runtime.mounted import Mounted
@@ -41,7 +41,7 @@ def sail(sim, find, seconds):
     while sim.time < until - 1e-6:
         seen = sim.step({boat: THRUST}, duration=0.03)[boat]
         found = find(seen, sim.time)
-    return found, truly_located(seen)
+    return found, true_odometry(seen)
 
 
 def misses(found, true):

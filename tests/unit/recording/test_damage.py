@@ -23,7 +23,7 @@ from vrx_mj.foreign import ask, asking
 from vrx_mj.foreign.plain import pack
 from vrx_mj.recording import parts as rrd
 from vrx_mj.recording import reader
-from vrx_mj.recording.boat_sets import BoatSet, BoatSetHead, Sent, head_of, parsed_json
+from vrx_mj.recording.boat_sets import BoatSet, BoatSetHead, SentMessages, head_of, parsed_json
 from vrx_mj.recording.checks import compare, rescore
 from vrx_mj.recording.packing import pack_rows, unpack_rows
 from vrx_mj.recording.parts import Part, pack_files, parsed_file, unpack_files
@@ -202,7 +202,7 @@ def test_a_head_is_read():
 
 
 @pytest.mark.parametrize(
-    "read", [head_of, partial(parsed_json, BoatSetHead, "companies"), partial(parsed_json, Sent, "sent")]
+    "read", [head_of, partial(parsed_json, BoatSetHead, "companies"), partial(parsed_json, SentMessages, "sent")]
 )
 @pytest.mark.parametrize("text", ["", "[" * 100_000, '{"a":' * 100_000, "NaN", "1" * 5000, "\ud800"])
 def test_a_text_that_is_no_json_is_refused(read, text):

@@ -32,7 +32,7 @@ from vrx_mj.recording.sea_meshes import (
     triangles,
 )
 from vrx_mj.recording.simulation_scene import scene_of
-from vrx_mj.recording.timeline import Held
+from vrx_mj.recording.timeline import Deadband
 from vrx_mj.recording.water_chunks import HEIGHTS, LEAD, MAX_COLOR_SPEED, SUNK, WAKE_WIDTHS, WaterChunks, speed_colors
 
 TRIO = np.array([[0.0, 20.0], [17.3, -10.0], [-17.3, -10.0]])
@@ -292,7 +292,7 @@ def test_the_patch_that_is_shown_is_near_the_water_in_blocks_of_any_length():
     cut=st.integers(0, 60),
 )
 def test_what_is_shown_is_near_every_row_and_changes_no_more_than_it_must(values, step, keep, within, cut):
-    shows = Held(step, keep=keep, within=within)
+    shows = Deadband(step, keep=keep, within=within)
     first, second = shows(values[:cut]), shows(values[cut:])
     taken, shown = (np.concatenate(parts) for parts in zip(first, second, strict=True))
     assert taken[0]

@@ -19,7 +19,7 @@ from needs import ROSBAG, needs
 from vrx_mj.errors import RecordError, UnknownNameError, VrxWarning
 from vrx_mj.ros import cdr
 from vrx_mj.ros.bags import FIRST, HEAVY_TYPES, KINDS, Bag, bag_run
-from vrx_mj.ros.interface import Output, RosInterface, Sent, Transport
+from vrx_mj.ros.interface import Delivery, Output, RosInterface, Transport
 from vrx_mj.ros.messages import new, stamp
 from vrx_mj.ros.table.viewers import MARKERS, START
 
@@ -55,7 +55,7 @@ def message(name, time):
 
 
 def batch(time):
-    return [Sent(output, message(name, time), time) for name, output in OUTPUTS.items()]
+    return [Delivery(output, message(name, time), time) for name, output in OUTPUTS.items()]
 
 
 def written(path, times=(0.0, 0.5, 1.0), **options):
@@ -185,7 +185,7 @@ def test_debians_rosbag_reads_a_bag_of_several_chunks(tmp_path):
     bag.offer(RosInterface(OUTPUTS))
     image = new("sensor_msgs/Image", height=700, width=1000, data=rng.integers(0, 9, 700_000, np.uint8))
     for k in range(5):
-        bag.publish([*batch(k), Sent(OUTPUTS[IMAGE], image, float(k))])
+        bag.publish([*batch(k), Delivery(OUTPUTS[IMAGE], image, float(k))])
     bag.close()
     script = (
         "import json, rosbag, sys, zlib\nbag = rosbag.Bag(sys.argv[1])\n"

@@ -10,7 +10,7 @@ from rosbags.rosbag2 import Reader as Reader2
 from vrx_mj.errors import RecordError
 from vrx_mj.ros import bags
 from vrx_mj.ros.bags import Bag
-from vrx_mj.ros.interface import Output, RosInterface, Sent
+from vrx_mj.ros.interface import Delivery, Output, RosInterface
 from vrx_mj.ros.messages import decode, new
 
 NUMBER, TEXT = (
@@ -46,11 +46,11 @@ def test_what_was_published_is_on_the_disk_after_a_second(tmp_path, clock, name)
     bag._file.flush = lambda write=bag._file.flush: flushed.append(clock.now) or write()
     for moment in (50.0, 50.9, 51.0, 51.1, 52.0, 52.2):
         clock.now = moment
-        bag.publish([Sent(NUMBER, new("std_msgs/Float64", data=moment), moment - 50.0)])
+        bag.publish([Delivery(NUMBER, new("std_msgs/Float64", data=moment), moment - 50.0)])
     assert flushed == [51.1, 52.2]
     assert bag.traffic.sent == 6 * (8 if name == "out.bag" else 12)
     before = size(path)
-    bag.publish([Sent(TEXT, new("std_msgs/String", data="x" * 400_000), 3.0)])
+    bag.publish([Delivery(TEXT, new("std_msgs/String", data="x" * 400_000), 3.0)])
     bag._file.flush()
     bag._file.flush()  # with nothing to write
     assert size(path) > before + (0 if name != "out" else 200_000)
@@ -71,7 +71,10 @@ def test_messages_and_lines_come_back_with_their_moments_and_levels(tmp_path, na
     bag = opened(tmp_path / name)
     bag.log("WARN", "at the start")
     bag.publish(
-        [Sent(NUMBER, new("std_msgs/Float64", data=0.5), 0.0), Sent(TEXT, new("std_msgs/String", data="x"), 2.5)]
+        [
+            Delivery(NUMBER, new("std_msgs/Float64", data=0.5), 0.0),
+            Delivery(TEXT, new("std_msgs/String", data="x"), 2.5),
+        ]
     )
     for level in ("INFO", "ERROR", "odd"):
         bag.log(level, level)
@@ -92,7 +95,7 @@ def test_a_bag_of_ros_1_begins_a_chunk_after_a_megabyte(tmp_path):
     bag = opened(tmp_path / "out.bag")
     chunks = []
     for _ in range(6):
-        bag.publish([Sent(TEXT, new("std_msgs/String", data="x" * 400_000), 1.0)])
+        bag.publish([Delivery(TEXT, new("std_msgs/String", data="x" * 400_000), 1.0)])
         chunks.append(len(bag._file._writer.chunks))
     assert chunks == [1, 1, 2, 2, 2, 3]
     bag.close()

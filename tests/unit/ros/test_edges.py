@@ -15,7 +15,7 @@ import pytest
 from vrx_mj.errors import CommandError
 from vrx_mj.ros import limits, network, parameters
 from vrx_mj.ros.graph import Graph
-from vrx_mj.ros.interface import Command, Inbox, Output, RosInterface, Sent, Traffic
+from vrx_mj.ros.interface import Command, Delivery, Inbox, Output, RosInterface, Traffic
 from vrx_mj.ros.limits import ConnectionLimit, Counts, Intake, Mailbox, Outbox, Pace, Place
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.network import Notices, announced_address, own_names, refusal, shown_process, unreachable
@@ -300,7 +300,7 @@ def test_log_lines_below_the_level_are_not_published_and_have_the_simulations_ti
     graph.log("INFO", "before time")
     assert sent[0][1].header.stamp.sec > 1_000_000_000
     output = Output("/clock", "std_msgs/Int8", lambda: None)
-    graph.send(Sent(output, new("std_msgs/Int8"), 7.25))
+    graph.send(Delivery(output, new("std_msgs/Int8"), 7.25))
     for level in ("INFO", "WARN", "ERROR", "odd"):
         graph.log(level, level)
     answers = []

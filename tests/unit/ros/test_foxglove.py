@@ -22,7 +22,7 @@ from vrx_mj.ros.foxglove import BACKLOG, Foxglove
 from vrx_mj.ros.interface import Inbox
 from vrx_mj.ros.messages import decode
 from vrx_mj.ros.ros_server import RosServer
-from vrx_mj.ros.serve import Wanted
+from vrx_mj.ros.serve import ServeOptions
 from vrx_mj.ros.table.viewers import MARKERS, START
 
 PROTOCOL = "foxglove.sdk.v1"
@@ -171,8 +171,8 @@ def test_a_boat_that_leaves_takes_its_topics_along(server, wire):
 
 
 def test_a_viewer_alone_gets_the_true_poses_and_beside_ros_only_on_demand():
-    assert not Wanted(foxglove=8765).for_ros
-    assert Wanted(foxglove=8765, rosbridge=9090).for_ros
+    assert not ServeOptions(foxglove=8765).for_ros
+    assert ServeOptions(foxglove=8765, rosbridge=9090).for_ros
 
 
 @pytest.mark.slow

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.graph import LEVELS, ROSOUT, Graph, Registrations, Service
-from vrx_mj.ros.interface import Inbox, Input, Output, RosInterface, Sent
+from vrx_mj.ros.interface import Delivery, Inbox, Input, Output, RosInterface
 from vrx_mj.ros.interface import Service as Offered
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.parameters import plain
@@ -61,7 +61,7 @@ def text(data):
 
 
 def test_what_the_simulation_publishes_goes_to_every_wire_and_waits_for_who_comes_late(graph):
-    graph.send(Sent(graph.table.outputs["/info"], text("gate 3"), 2.5))
+    graph.send(Delivery(graph.table.outputs["/info"], text("gate 3"), 2.5))
     assert [wire.sent for wire in graph.wires] == [[("/info", "gate 3")]] * 2
     assert [message.data for message in graph.latched_messages("/info")] == ["gate 3"]
     assert graph.time == 2.5
@@ -107,7 +107,7 @@ def test_the_uris_of_what_is_registered_already_are_those_of_the_wire_that_opens
 
 
 def test_a_table_takes_the_place_of_the_one_before_and_what_stays_stays(graph):
-    graph.send(Sent(graph.table.outputs["/info"], text("old"), 0.0))
+    graph.send(Delivery(graph.table.outputs["/info"], text("old"), 0.0))
     wire = graph.wires[0]
     wire.changed.clear()
     graph.offer(RosInterface({"/info": Output("/info", "std_msgs/Int8", lambda: None)}, table().inputs, {}, {}))

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrx_mj.errors import CommandError
-from vrx_mj.ros.interface import Output, Sent
+from vrx_mj.ros.interface import Delivery, Output
 from vrx_mj.ros.limits import (
     SMALL,
     ConnectionLimit,
@@ -154,15 +154,15 @@ def test_of_each_topic_the_newest_wait_in_the_order_in_which_they_came(monkeypat
     monkeypatch.setattr("vrx_mj.ros.limits._MOST_KEYS", 2)
     queue = Mailbox(lambda sent: sent.output.name)
     plain, other = (Output(name, "std_msgs/Int8", lambda: None) for name in ("/p", "/o"))
-    assert queue.put([Sent(other, -1, 0.0)])
+    assert queue.put([Delivery(other, -1, 0.0)])
     for number in range(5):
-        assert not queue.put([Sent(plain, number, 0.0)])
+        assert not queue.put([Delivery(plain, number, 0.0)])
     assert [sent.message for sent in queue.take()] == [-1, 3, 4]
     assert queue.dropped == 3
     assert queue.take() == []
-    queue.put([Sent(Output(name, "std_msgs/Int8", lambda: None), 1, 0.0) for name in ("/a", "/b", "/c")])
+    queue.put([Delivery(Output(name, "std_msgs/Int8", lambda: None), 1, 0.0) for name in ("/a", "/b", "/c")])
     assert (len(queue.take()), queue.dropped) == (2, 4)
-    assert queue.put([Sent(plain, 5, 0.0)])
+    assert queue.put([Delivery(plain, 5, 0.0)])
 
 
 # What waits of several sources

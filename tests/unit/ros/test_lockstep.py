@@ -14,7 +14,7 @@ from vrx_mj.ros import serve as serving
 from vrx_mj.ros.interface import Inbox
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.ros_server import MOST_ANSWERS, Lockstep, RosServer
-from vrx_mj.ros.serve import Wanted
+from vrx_mj.ros.serve import ServeOptions
 
 LEFT, RIGHT, OTHER = (
     f"/wamv{name}_thrust_cmd" for name in ("1/thrusters/left", "1/thrusters/right", "2/thrusters/left")
@@ -69,7 +69,7 @@ def loop(monkeypatch):
 
     def run(server, network, inbox, over, duration=None):
         lines, give_up = [], time.monotonic() + 60.0
-        wanted = Wanted(lockstep=(), duration=duration)
+        wanted = ServeOptions(lockstep=(), duration=duration)
 
         def done():
             assert time.monotonic() < give_up, lines[-1:]

@@ -15,10 +15,10 @@ from vrx_mj.cli.ros import check_installed, parse_nmea
 from vrx_mj.errors import CommandError, NetworkError, UnknownNameError
 from vrx_mj.nmea import Instruments
 from vrx_mj.ros import cdr
-from vrx_mj.ros.interface import Inbox, Output, RosInterface, Sent
+from vrx_mj.ros.interface import Delivery, Inbox, Output, RosInterface
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.ros_server import RosServer
-from vrx_mj.ros.serve import MOST_SENTENCES, SENTENCE_TYPE, Nmea, Wanted, nmea_outputs, nmea_topics, serve
+from vrx_mj.ros.serve import MOST_SENTENCES, SENTENCE_TYPE, Nmea, ServeOptions, nmea_outputs, nmea_topics, serve
 
 SOON = 20.0
 """Wall time after which what does not come is missing [s]."""
@@ -43,7 +43,7 @@ def closing(wire):
 
 
 def line(number=0, size=0):
-    return Sent(OUTPUT, new(SENTENCE_TYPE, sentence=f"$IITXT,{number:06d}".rjust(size)), 0.0)
+    return Delivery(OUTPUT, new(SENTENCE_TYPE, sentence=f"$IITXT,{number:06d}".rjust(size)), 0.0)
 
 
 def until(is_done):
@@ -185,7 +185,7 @@ def test_a_world_is_served_to_plotters_alone(bay):
     """Two runs give the same bytes, whenever somebody connects."""
     found, (boat, _) = [], vrx_mj.Simulation(bay).boats
     for _ in range(2):
-        wanted, said = Wanted(nmea={boat: free_port()}, rate=None, duration=1.0), []
+        wanted, said = ServeOptions(nmea={boat: free_port()}, rate=None, duration=1.0), []
         heard = Heard()
 
         def keep(transports, heard=heard):
@@ -223,9 +223,9 @@ def test_invalid_ports_are_said(text, boats):
 def test_unknown_boats_are_named_and_a_port_is_of_one_boat(bay):
     sim, port = vrx_mj.Simulation(bay), free_port()
     with pytest.raises(UnknownNameError, match="no boat named 'c'; known: "):
-        serve(sim, Wanted(nmea={"c": port}), report=lambda *_: None)
+        serve(sim, ServeOptions(nmea={"c": port}), report=lambda *_: None)
     with pytest.raises(NetworkError, match=f"NMEA: port {port} of 127.0.0.1 is taken by process"):
-        serve(sim, Wanted(nmea=dict.fromkeys(sim.boats, port)), report=lambda *_: None)
+        serve(sim, ServeOptions(nmea=dict.fromkeys(sim.boats, port)), report=lambda *_: None)
 
 
 def test_a_missing_extra_is_named(monkeypatch):

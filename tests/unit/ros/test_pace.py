@@ -7,7 +7,7 @@ import pytest
 
 from ros_scene import Fake
 from vrx_mj.ros import serve as serving
-from vrx_mj.ros.serve import CATCHING_UP, MAX_LAG, Wanted
+from vrx_mj.ros.serve import CATCHING_UP, MAX_LAG, ServeOptions
 
 STEP = 0.01
 
@@ -58,7 +58,9 @@ def ticks(monkeypatch, *, stalls=(), duration=20.0, rate=1.0, clock=100.0, cost=
     wall, told = Wall(), []
     server = Server(wall, round(1.0 / (clock * STEP)), stalls, cost)
     monkeypatch.setattr(serving, "time", wall)
-    loop = serving._Loop(server, wall, Wanted(rate=rate, clock_rate=clock, duration=duration), [Fake()], lambda: False)
+    loop = serving._Loop(
+        server, wall, ServeOptions(rate=rate, clock_rate=clock, duration=duration), [Fake()], lambda: False
+    )
     ending = SimpleNamespace(is_set=lambda: False)
     loop.run(ending, lambda _: None, lambda level, text: told.append(text) if level == "WARN" else None)
     return server.ticks, told

@@ -12,7 +12,7 @@ from vrx_mj.errors import NetworkError
 from vrx_mj.packages import install_command
 from vrx_mj.ros import ros2 as ros2_node
 from vrx_mj.ros.cdr import encode, fields
-from vrx_mj.ros.interface import Inbox, Output, RosInterface, Sent, Service
+from vrx_mj.ros.interface import Delivery, Inbox, Output, RosInterface, Service
 from vrx_mj.ros.limits import MOST_WAITING
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.ros2 import RANGE_VARIABLE, Ros2
@@ -106,7 +106,7 @@ def test_calls_that_wait_are_taken_and_answered(monkeypatch):
     inbox, asked, service = Inbox(), new(f"{DATUM}Request"), MagicMock()
     service.handle.service_take_request.side_effect = [(asked, "one"), (asked, "two"), (None, None)] * 2
     node = ros2_node.Node(MagicMock(), inbox)
-    node._services["/datum"] = ros2_node._Held(Service("/datum", DATUM, lambda _: None), service)
+    node._services["/datum"] = ros2_node._Endpoint(Service("/datum", DATUM, lambda _: None), service)
     node.take()
     _, calls, _ = inbox.drain()
     assert [call.service for call in calls] == ["/datum", "/datum"]
@@ -170,7 +170,7 @@ def opened(monkeypatch):
 
 
 def sent(output, number):
-    return Sent(output, new("std_msgs/Float64", data=float(number)), 0.1 * number)
+    return Delivery(output, new("std_msgs/Float64", data=float(number)), 0.1 * number)
 
 
 def test_lines_say_where_it_is_and_what_to_install(opened):

@@ -8,7 +8,7 @@ import pytest
 from vrx_mj.errors import NetworkError
 from vrx_mj.ros import ros2
 from vrx_mj.ros.cdr import decode, encode
-from vrx_mj.ros.interface import Inbox, Input, Output, RosInterface, Sent, Service
+from vrx_mj.ros.interface import Delivery, Inbox, Input, Output, RosInterface, Service
 from vrx_mj.ros.messages import new
 
 CLOCK = Output("/clock", "std_msgs/Float64", lambda: None)
@@ -174,7 +174,7 @@ def test_a_table_is_offered_and_what_leaves_it_is_withdrawn(scene):
 def test_messages_go_to_listeners_and_latched_ones_always(scene):
     scene.offer(CLOCK, GOAL)
     number, text = new("std_msgs/Float64", data=2.5), new("std_msgs/String", data="gate")
-    batch = [Sent(STRANGE, new("std_msgs/Empty"), 0.0), Sent(CLOCK, number, 0.0), Sent(GOAL, text, 0.0)]
+    batch = [Delivery(STRANGE, new("std_msgs/Empty"), 0.0), Delivery(CLOCK, number, 0.0), Delivery(GOAL, text, 0.0)]
     scene.node.publish(batch)
     assert scene.ros.handles["/clock"].sent == []
     assert scene.ros.handles["/goal"].sent == [encode(text, "std_msgs/String")]

@@ -8,7 +8,7 @@ import pytest
 
 from ros_scene import Fake
 from vrx_mj.ros import network, serve
-from vrx_mj.ros.serve import Wanted, _announce, _show_addresses
+from vrx_mj.ros.serve import ServeOptions, _announce, _show_addresses
 
 FAR = "203.0.113.7"
 
@@ -27,7 +27,7 @@ def without_route(monkeypatch):
 
 def told(**wanted):
     lines = []
-    _show_addresses(Wanted(**wanted), lambda level, text: lines.append((level, text)))
+    _show_addresses(ServeOptions(**wanted), lambda level, text: lines.append((level, text)))
     return lines
 
 
@@ -37,7 +37,9 @@ def test_who_listens_for_other_machines_is_warned_and_told_what_to_type_there(ho
     sim = SimpleNamespace(boats=("a", "b"), world=SimpleNamespace(name="bay"))
     monkeypatch.setattr(serve, "announced_address", lambda *_: FAR)
     monkeypatch.setattr(serve, "unreachable", lambda *_: None)
-    serve._greet(SimpleNamespace(sim=sim, tables={}), Wanted(host=host, ros1=True), lambda *line: lines.append(line))
+    serve._greet(
+        SimpleNamespace(sim=sim, tables={}), ServeOptions(host=host, ros1=True), lambda *line: lines.append(line)
+    )
     assert lines[0] == ("INFO", "bay: 2 boats, a, b")
     warning = f"listening on {host}: any machine on that network can drive the boats and end the run"
     assert (("WARN", warning) in lines) == is_warned

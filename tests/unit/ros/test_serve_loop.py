@@ -10,7 +10,7 @@ from vrx_mj.errors import CommandError
 from vrx_mj.ros import serve
 from vrx_mj.ros.interface import Inbox, RosInterface, Traffic
 from vrx_mj.ros.network import Network
-from vrx_mj.ros.serve import Meter, Wanted
+from vrx_mj.ros.serve import Meter, ServeOptions
 
 STEP = 0.01
 
@@ -63,7 +63,7 @@ def played(monkeypatch, world, wanted, *, over=lambda: False, autopilots=None):
 
 def test_without_a_pace_it_steps_as_fast_as_it_can_in_bites(monkeypatch):
     world = World(cost=0.02, idle=(50, 51))
-    lines = played(monkeypatch, world, Wanted(rate=None, duration=1.0))
+    lines = played(monkeypatch, world, ServeOptions(rate=None, duration=1.0))
     assert len(world.ticks) == 102
     assert world.waits == [0.02, 0.02]
     assert world.ticks[1] - world.ticks[0] == pytest.approx(0.02)
@@ -78,7 +78,7 @@ def test_what_has_come_ends_a_bite(monkeypatch):
     world = World(cost=0.001)
     world.pending = True
     served = []
-    played(monkeypatch, world, Wanted(rate=None), over=lambda: served.append(1) or len(served) > 5)
+    played(monkeypatch, world, ServeOptions(rate=None), over=lambda: served.append(1) or len(served) > 5)
     assert world.ticks == []
 
 
@@ -91,7 +91,7 @@ def test_paused_time_stands_and_nothing_is_owed_afterwards(monkeypatch):
         world.paused = len(turns) < 10
         return False
 
-    played(monkeypatch, world, Wanted(rate=1.0, duration=0.5), over=over)
+    played(monkeypatch, world, ServeOptions(rate=1.0, duration=0.5), over=over)
     assert world.waits[:9] == [0.02] * 9
     assert world.ticks[0] > turns[9]
     assert len(world.ticks) == 50
@@ -102,7 +102,7 @@ def test_paused_time_stands_and_nothing_is_owed_afterwards(monkeypatch):
 @pytest.mark.parametrize(("duration", "ticks"), [(0.1, 10), (0.1 + 2e-6, 11), (0.1 + 5e-7, 10), (0.0, 0)])
 def test_it_ends_at_the_first_step_of_the_duration(monkeypatch, duration, ticks):
     world = World()
-    played(monkeypatch, world, Wanted(rate=None, duration=duration))
+    played(monkeypatch, world, ServeOptions(rate=None, duration=duration))
     assert len(world.ticks) == ticks
 
 
@@ -110,7 +110,7 @@ def test_it_ends_at_the_first_step_of_the_duration(monkeypatch, duration, ticks)
 def test_it_ends_with_the_task_if_that_is_wanted(monkeypatch, exits):
     world = World()
     world.sim.task_is_over = True
-    played(monkeypatch, world, Wanted(rate=None, duration=0.3, exit_on_completion=exits))
+    played(monkeypatch, world, ServeOptions(rate=None, duration=0.3, exit_on_completion=exits))
     assert (len(world.ticks) == 0) is exits
 
 
@@ -124,7 +124,7 @@ def test_autopilots_take_time_on_by_their_steps(monkeypatch):
         return len(asked) % 2 == 0
 
     pilots.receive = receive
-    played(monkeypatch, world, Wanted(rate=1.0, duration=0.12), autopilots=pilots)
+    played(monkeypatch, world, ServeOptions(rate=1.0, duration=0.12), autopilots=pilots)
     assert world.advanced == [4, 4, 4]
     assert asked[:4] == [0.02, 0.02, "answered", 0.02]
     assert world.ticks == []
@@ -166,7 +166,7 @@ def greeted(monkeypatch, boats, tables, **wanted):
     monkeypatch.delenv("VRX_DEBUG", raising=False)
     if wanted.pop("quiet", False):
         monkeypatch.setenv("VRX_DEBUG", "false")
-    serve._greet(SimpleNamespace(sim=sim, tables=tables), Wanted(**wanted), lambda *line: lines.append(line))
+    serve._greet(SimpleNamespace(sim=sim, tables=tables), ServeOptions(**wanted), lambda *line: lines.append(line))
     return lines
 
 
@@ -208,7 +208,7 @@ def test_what_to_type_elsewhere_has_the_port_of_the_master(monkeypatch, master, 
     monkeypatch.setattr(serve, "unreachable", lambda *_: None)
     monkeypatch.setattr(serve, "announced_address", lambda *_: "10.0.0.1")
     told = []
-    for wanted in (Wanted(ros1=True, rosbridge=9091), Wanted()):
+    for wanted in (ServeOptions(ros1=True, rosbridge=9091), ServeOptions()):
         serve._show_addresses(wanted, lambda *line: told.append(line))
     assert told == [
         ("INFO", f"on the other machine, in a shell: export ROS_MASTER_URI={uri} ROS_IP=ADDRESS_OF_THAT_MACHINE"),
@@ -222,11 +222,11 @@ def test_transports_are_those_that_are_wanted():
     try:
 
         def kinds(**wanted):
-            return [type(one).__name__ for one in serve._transports(network, Inbox(), Wanted(**wanted), ending)]
+            return [type(one).__name__ for one in serve._transports(network, Inbox(), ServeOptions(**wanted), ending)]
 
         assert kinds(ros2=True) == ["Ros2"]
         assert kinds(ros2=True, nmea={"a": 10110, "b": 10111}) == ["Ros2", "Nmea", "Nmea"]
-        wires, *_ = serve._transports(network, Inbox(), Wanted(ros1=True, rosbridge=0), ending)
+        wires, *_ = serve._transports(network, Inbox(), ServeOptions(ros1=True, rosbridge=0), ending)
         ros1, bridge = wires.servers
         ros1.on_shutdown("rosnode kill")
         assert ending.is_set()

@@ -205,7 +205,7 @@ def expanded_calls(lines: Sequence[tuple[str, Place]]) -> Element:
 
 
 def parse_ahead(files: Iterable[Path]) -> None:
-    """Have files parsed by one question; what is wrong with one is said where it is read."""
+    """Parse files in one question; what is wrong with one is reported where it is read."""
     calls = []
     for file in files:
         with contextlib.suppress(ConfigError):

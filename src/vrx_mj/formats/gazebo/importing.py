@@ -54,7 +54,7 @@ FATES: tuple[Fate, ...] = ("imported", "approximated", "ignored", "not read")
 
 
 @dataclass
-class Imported:
+class ImportResult:
     """Files that an import writes, as texts and copies by their paths in the folder, and the notes for the table."""
 
     texts: dict[str, str] = field(default_factory=dict)
@@ -287,7 +287,7 @@ class Imported:
 
 
 @budget()
-def import_files(source: Path, arguments: Arguments | None = None) -> Imported:
+def import_files(source: Path, arguments: Arguments | None = None) -> ImportResult:
     """Import a file of Gazebo or ROS, or all such files of a folder.
 
     Args:
@@ -299,7 +299,7 @@ def import_files(source: Path, arguments: Arguments | None = None) -> Imported:
         ConfigError: the file is wrong; of a folder wrong files are listed in `failed` instead.
         VrxError: there is nothing to import.
     """
-    made = Imported()
+    made = ImportResult()
     if not is_folder(source):
         _check_arguments(source, arguments or {})
         made.add(source, dict(arguments or {}))

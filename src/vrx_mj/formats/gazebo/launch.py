@@ -24,7 +24,7 @@ from vrx_mj.formats.gazebo.launched import (
     POSE,
     STOCK_LAUNCHES,
     Launch,
-    Spawned,
+    SpawnedModel,
     StockLaunch,
     advice,
     checked_fleet,
@@ -216,7 +216,7 @@ class _Run:
         return catalogue("objects")
 
     def result(self) -> Launch:
-        """What they start."""
+        """World, boats and objects that the files start, with the report on the rest."""
         self.report.settle()
         joins = self.launch.world is not None
         fate: Fate = "imported" if joins else "ignored"
@@ -246,7 +246,7 @@ class _Run:
         return {arg.attributes.get("name", "") for arg in _declarations(root)}
 
     def take_children(self, parent: Element, scope: _Scope) -> None:
-        """Do what the elements in one say that makes a scope. Elements count as notes."""
+        """Carry out the elements in one that makes a scope. Elements count as notes."""
         outer, self.scope = self.scope, scope
         for element in parent.children:
             spend(element.place.file.name)
@@ -437,9 +437,9 @@ class _Run:
             pose = compose(pose, own) if any(own) else pose
             pose = pose if _is_object(robot) else boat_pose(pose, robot)
         if robot in self.known_objects or (isinstance(robot, Path) and _is_object(robot)):
-            self.spawn(element, Spawned(name, pose, element.place, robot), self.launch.objects)
+            self.spawn(element, SpawnedModel(name, pose, element.place, robot), self.launch.objects)
             return
-        boat = Spawned(name, pose, element.place, robot, self.known_arguments(element, name, robot, arguments))
+        boat = SpawnedModel(name, pose, element.place, robot, self.known_arguments(element, name, robot, arguments))
         self.spawn(element, boat, self.launch.boats)
         self.note(element, "imported", "a boat of the fleet", f"<node> '{name}'")
 
@@ -498,7 +498,7 @@ class _Run:
         given = dict(word.split(":=", 1) for word in words if ":=" in word)
         self.open_stock(stock, {key: value for key, value in given.items() if value}, element)
 
-    def spawn(self, element: Element | None, thing: Spawned, things: list[Spawned]) -> None:
+    def spawn(self, element: Element | None, thing: SpawnedModel, things: list[SpawnedModel]) -> None:
         """Add a boat or an object, whose name no other model has."""
         if element is not None:
             if first := self.places.get(safe_name(thing.name)):

@@ -64,7 +64,7 @@ _MAX_LEVELS = 5
 
 
 @dataclass(frozen=True)
-class Spawned:
+class SpawnedModel:
     """A boat, or an object of SDF, that a launch file spawns."""
 
     name: str
@@ -85,8 +85,8 @@ class Launch:
 
     world: Path | str | None = None
     """File of the world, or the name of one of ours; None: it opens none."""
-    boats: list[Spawned] = field(default_factory=list)
-    objects: list[Spawned] = field(default_factory=list)
+    boats: list[SpawnedModel] = field(default_factory=list)
+    objects: list[SpawnedModel] = field(default_factory=list)
     report: Report = field(default_factory=Report)
     unlocked: bool = False
     """Whether it frees the boat that a task would hold at the start."""
@@ -151,7 +151,7 @@ def checked_fleet(file: Path) -> Path:
     return file
 
 
-def _boat(boat: Spawned) -> At:
+def _boat(boat: SpawnedModel) -> At:
     """One boat of a fleet's file; the path of a robot begins where its file is."""
     values: Content = {"name": safe_name(boat.name), "pose": list(boat.pose)}
     if isinstance(boat.model, str):
@@ -167,7 +167,7 @@ def _in_folder(place: Place, folder: Path) -> Place:
     return place._replace(file=replace(place.file, folder=folder))
 
 
-def _wamv(boat: Spawned) -> Content:
+def _wamv(boat: SpawnedModel) -> Content:
     """Thrusters and sensors of VRX's WAM-V, by the arguments of its description or of a launch file.
 
     Raises ConfigError for what switches sensors and is neither true nor false.
@@ -209,7 +209,7 @@ def objects_of(launch: Launch) -> Items:
     return found
 
 
-def _object(thing: Spawned) -> At:
+def _object(thing: SpawnedModel) -> At:
     """One object of a world's file, whose model is named as a file beside the folder of the model names it."""
     model, place = str(thing.model), thing.place
     if isinstance(thing.model, Path):
@@ -225,7 +225,7 @@ class StockLaunch:
     name: str
     world: str
     """Name of the world, here."""
-    boats: tuple[Spawned, ...]
+    boats: tuple[SpawnedModel, ...]
     arguments: Arguments
     """Arguments that it takes, with their defaults."""
     package: str
@@ -238,7 +238,7 @@ class StockLaunch:
         """Arguments that its boats' descriptions take, with their defaults."""
         return self.boats[0].arguments if self.boats else {}
 
-    def boats_with(self, given: Arguments, place: Place) -> Iterator[Spawned]:
+    def boats_with(self, given: Arguments, place: Place) -> Iterator[SpawnedModel]:
         """Boats that it spawns with arguments; several have names and places of their own. Raises ConfigError."""
         fixed = {*POSE, "namespace", "thrust_config"} if len(self.boats) > 1 else set()
         given = {key: value for key, value in given.items() if key not in fixed}
@@ -249,7 +249,7 @@ class StockLaunch:
             except ValueError as error:
                 raise ConfigError([place.problem("x:= y:= z:= R:= P:= Y:=", str(error))]) from None
             arguments = {key: given.get(key, value) for key, value in boat.arguments.items()}
-            yield Spawned(given.get("namespace", boat.name), pose, place, boat.model, arguments)
+            yield SpawnedModel(given.get("namespace", boat.name), pose, place, boat.model, arguments)
 
 
 def _stock_launch(file: Path) -> StockLaunch:
@@ -261,7 +261,7 @@ def _stock_launch(file: Path) -> StockLaunch:
     alone = {"name": given["namespace"], "thrust_config": given["thrust_config"], "pose": [given[key] for key in POSE]}
     place, robot = Place(File(file.name, None)), "wamv" if given["urdf"] else "cora"
     boats = tuple(
-        Spawned(boat["name"], pose_of_words(boat["pose"]), place, robot, {
+        SpawnedModel(boat["name"], pose_of_words(boat["pose"]), place, robot, {
             key: value for key, value in {**own, "thrust_config": boat["thrust_config"]}.items() if value
         })
         for boat in TABLE["boats"].get(file.name, [alone])
@@ -348,7 +348,7 @@ def is_tool(name: str) -> bool:
 
 
 def instead_of(name: str, given: Arguments) -> str:
-    """What to type instead of one of VRX's launch files that open no world here, with its arguments."""
+    """Message on one of VRX's launch files that open no world here: the command to type instead, with its arguments."""
     tool = {"command": "", "options": {}, "reason": "", **_TOOLS[name]}
     command = " ".join([tool["command"], *_words(tool["options"], given)])
     return "; ".join(filter(None, ("opens no world here", tool["reason"], tool["command"] and f"type: {command}")))

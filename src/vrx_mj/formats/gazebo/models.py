@@ -46,7 +46,7 @@ _MAX_LAYOUT = 40_000
 _LAYOUT = re.compile(r"^[^#\n]*?\blayout\s{0,80}=\s{0,80}\[", re.MULTILINE)
 """A layout that is no comment."""
 _END = re.compile(r"[ \t]{0,80}(?:%>|#|\r?\n|\Z)")
-"""What may follow a layout: another operation would make another list of it."""
+"""End of a layout: another operation would make another list of it."""
 _ITEM = re.compile(r"(?:'([^'\n]*)'|\"([^\"\n]*)\"|(true|false)|(#[^\n]*))\s*(,|\Z|(?=\n))", re.DOTALL)
 _NAME = re.compile(r"<model\s+name\s*=\s*[\"']([^\"'<>]{1,100})[\"']")
 

@@ -137,7 +137,7 @@ def _shape(link: str, scope: Scope, model: Model, node: Node, geometry: Node) ->
 
 
 def shape_tag(geometry: Node) -> str:
-    """What a `<geometry>` is; empty if it is nothing."""
+    """Tag of the shape in a `<geometry>`; empty without one."""
     return next((str(child.tag) for child in geometry.element), "")
 
 

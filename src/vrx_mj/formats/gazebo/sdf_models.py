@@ -69,7 +69,7 @@ class Scope:
         return self.model if name == MODEL else f"{self.prefix}{name}"
 
 
-class Given(NamedTuple):
+class GivenPose(NamedTuple):
     """A pose as a file gives it."""
 
     pose: Pose
@@ -80,27 +80,27 @@ class Given(NamedTuple):
     """Element at which its faults are."""
 
 
-def given_pose(node: Node, farthest: float = _MAX_COORDINATE) -> Given:
+def given_pose(node: Node, farthest: float = _MAX_COORDINATE) -> GivenPose:
     """The `<pose>` of an element, whose angles may be in degrees, or a quaternion of any length above 0.
 
     Without one nothing is moved.
     """
     found = node.child("pose")
     if found is None:
-        return Given(IDENTITY, "", node)
+        return GivenPose(IDENTITY, "", node)
     read = partial(node.values, "pose", low=-farthest, high=farthest)
     frame = found.attribute("relative_to") or found.attribute("frame") or ""
     if found.attribute("rotation_format") != "quat_xyzw":
         x, y, z, *turn = read("x y z roll pitch yaw", IDENTITY)
         roll, pitch, yaw = map(math.radians, turn) if found.attribute_flag("degrees") else turn
-        return Given((x, y, z, roll, pitch, yaw), frame, found)
+        return GivenPose((x, y, z, roll, pitch, yaw), frame, found)
     x, y, z, *turn = read("x y z qx qy qz qw", (*IDENTITY, 1.0))
     length = math.hypot(*turn)
     if length == 0.0:
         found.fault("the quaternion must not be zero, got '0 0 0 0'")
-        return Given(IDENTITY, frame, found)
+        return GivenPose(IDENTITY, frame, found)
     matrix = rotation_matrix(np.array([turn[3], *turn[:3]]) / length)
-    return Given((x, y, z, *angles(tuple(map(tuple, matrix.tolist())))), frame, found)  # type: ignore[arg-type]
+    return GivenPose((x, y, z, *angles(tuple(map(tuple, matrix.tolist())))), frame, found)  # type: ignore[arg-type]
 
 
 def pose_of(element: Element, report: Report | None = None) -> At:
@@ -126,15 +126,15 @@ class Frames:
     """Frames by their names, with those of the models around them."""
 
     def __init__(self) -> None:
-        self.given: dict[str, tuple[str, Given]] = {}
+        self.given: dict[str, tuple[str, GivenPose]] = {}
         """Frame that a frame's pose is in, and the pose, by its name."""
         self.found: dict[str, Pose] = {MODEL: IDENTITY}
 
-    def add(self, name: str, given: Given, scope: Scope, usual: str) -> None:
+    def add(self, name: str, given: GivenPose, scope: Scope, usual: str) -> None:
         """Add a frame of a model, whose pose is in the frame `usual` unless it gives another."""
         self.given.setdefault(name, (_around(given, scope, usual), given))
 
-    def find(self, name: str, given: Given) -> str:
+    def find(self, name: str, given: GivenPose) -> str:
         """A name, or that of the model of this name; empty, with a problem, where there is no such frame."""
         for candidate in (name, f"{name}{NESTED}{MODEL}"):
             if candidate in self.given or candidate == MODEL:
@@ -162,7 +162,7 @@ class Frames:
         return self.found[name]
 
     def place_by(self, model: str, name: str) -> None:
-        """Let the pose of a model be that of a frame in it, its placement frame."""
+        """Take the pose of a model for that of a frame in it, its placement frame, and move the model accordingly."""
         above, given = self.given[model]
         own, inner = self.find(name, given), IDENTITY
         seen = set[str]()
@@ -174,7 +174,7 @@ class Frames:
         turned = compose(given.pose, relative(inner, IDENTITY)) if own == model else given.pose
         self.given[model] = above, given._replace(pose=turned)
 
-    def placement(self, given: Given, scope: Scope, usual: str) -> Pose:
+    def placement(self, given: GivenPose, scope: Scope, usual: str) -> Pose:
         """Where something is in the outermost model, whose pose is in the frame `usual` unless it gives another."""
         frame = self.find(_around(given, scope, usual), given)
         return compose(self.pose(frame), given.pose) if frame else IDENTITY
@@ -190,7 +190,7 @@ def _display_name(name: str) -> str:
     return name.removesuffix(f"{NESTED}{MODEL}")
 
 
-def _around(given: Given, scope: Scope, usual: str) -> str:
+def _around(given: GivenPose, scope: Scope, usual: str) -> str:
     """The whole name of the frame that a pose is in."""
     return usual if given.relative_to in {"", WORLD} else scope.name(given.relative_to)
 
@@ -216,7 +216,7 @@ class Model:
         """Pose of a link's frame in the URDF in the link's own frame, where the two differ."""
         self.lost: list[tuple[Node, str]] = []
         """Elements that are not imported, each with the reason."""
-        self.nested: list[tuple[Node, Given]] = []
+        self.nested: list[tuple[Node, GivenPose]] = []
         """Models and includes that are direct children, with their poses."""
         self._includes = self._elements = 0
         folder = source.file.absolute().parent

@@ -220,7 +220,7 @@ class _Reader:
         """Whether the world is one of gz-sim: by its version of SDF, or by its plugins."""
 
     def world(self) -> GazeboWorld:
-        """All of it."""
+        """The whole world, with the report on its parts."""
         self.lose(replace(self.root, children=()))
         for part, child in zip(self.root.children, in_world_frame(self.root, self.file), strict=True):
             self.take_part(part, child)

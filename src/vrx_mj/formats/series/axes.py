@@ -245,7 +245,7 @@ def _literal(key: str, value: object) -> object:
 
 
 def _results(series: Series, steps: Mapping[str, int]) -> _Results:
-    """What the expressions of some steps of each axis come to, those of one world among them."""
+    """Values of the expressions of some steps of each axis, those of one world among them."""
     key = tuple(step // _BLOCK_OF_STEPS for step in steps.values())
     if key not in series.results:
         texts = [

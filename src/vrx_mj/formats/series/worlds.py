@@ -33,7 +33,7 @@ REQUIRED = object()
 PLACES = {f"{name}{end}" for name in ("sydneyregatta", "sandisland", "marina") for end in ("", "_minus_scene")}
 """Macros that make a place."""
 _PARTS = {"ocean_waves": "sea", "usv_wind_gazebo": "wind", "scene_macro": "scene", "insert_model": "objects"}
-"""What other macros make; of those that are not here it is the task."""
+"""Part of the world that each macro makes; others make the task."""
 _BLOCKS = TABLE["blocks"]
 """Blocks of macros: the `element` in each, what is `inside` of it, and whether a call `needs` the block."""
 Line = tuple[str, Place]
@@ -296,7 +296,7 @@ def _lines(calls: Sequence[Call]) -> dict[_Made, list[Line]]:
 
 
 def _expanded_around(series: Series, number: int, lines: Mapping[_Made, list[Line]]) -> dict[_Made, Sequence[Element]]:
-    """What the calls of a world make, and those of others at once, unless one of these is wrong."""
+    """Elements that the calls of a world make, with those of other worlds at once unless one of these is wrong."""
     around = dict(lines)
     with ignore_warnings():
         for call in calls_around(series, number):

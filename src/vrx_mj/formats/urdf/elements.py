@@ -319,7 +319,7 @@ class Entry(NamedTuple):
 
 @cache
 def sections() -> Mapping[str, Mapping[str, Mapping[str, Any]]]:
-    """What each path of each section is, by side."""
+    """Entries of the table by section, path and side."""
     return {
         name: {
             path: {
@@ -345,7 +345,7 @@ def _holders(section: str) -> frozenset[str]:
 
 
 def losses(root: Markup, section: str, side: _Side) -> list[Loss]:
-    """What is lost of an element and of all in it, each kind once."""
+    """Losses of an element and of all in it, each kind once."""
     found: dict[tuple[str, str], list[Loss]] = {}
     for key, loss in _losses_in(root, section, "", side):
         found.setdefault(key, []).append(loss)

@@ -36,7 +36,7 @@ OUTSIDE = f"outside the folder of the first file and of every package; {ALLOW}"
 """Reason why a file may not be read."""
 _SHOWN_WARNINGS = 10
 _SECONDS, _ANSWER = 3, 32 << 20
-"""What one expansion, or all expressions of a file, may take: processor time [s], and bytes of a text with places."""
+"""Limits of one expansion, or of all expressions of a file: processor time [s], and bytes of a text with places."""
 _MOST_PACKAGES = 100
 """Packages that the files of one expansion may name."""
 _MACRO = re.compile(r"<xacro:macro\s[^<>]{0,500}?\bname\s*=\s*[\"']([^\"'<>]{1,100})[\"']")
@@ -57,7 +57,7 @@ def own_packages() -> dict[str, Path]:
 
 
 class Files:
-    """What a file may reach.
+    """Packages and folders that a file may reach.
 
     A package is first looked for in `packages` and above the file, then in `package_paths` and beside the file, then
     in the workspace of the file, at last in `spare`.
@@ -130,7 +130,7 @@ class Result:
 
 
 @dataclass(frozen=True)
-class Expanded:
+class Expansion:
     """Result of expanding a file."""
 
     text: str = ""
@@ -153,7 +153,7 @@ class ExpandedText(str):
     """Expanded text of a xacro file, which knows where its elements come from."""
 
     __slots__ = ("made",)
-    made: Expanded
+    made: Expansion
 
 
 def expand(
@@ -224,8 +224,8 @@ def arguments(file: Path) -> dict[str, str]:
     return found
 
 
-def _expand(file: Path, arguments: Arguments, paths: Sequence[Path], libraries: Collection[str] = ()) -> Expanded:
-    """What a file expands to; a package that it names in another file, or by an expression, takes one more attempt."""
+def _expand(file: Path, arguments: Arguments, paths: Sequence[Path], libraries: Collection[str] = ()) -> Expansion:
+    """Expand a file; a package that it names in another file, or by an expression, takes one more attempt."""
     if not file.is_file():
         raise file_error(file, "no such file")
     given = {str(name): str(value) for name, value in arguments.items()}
@@ -238,7 +238,7 @@ def _expand(file: Path, arguments: Arguments, paths: Sequence[Path], libraries: 
     found = {name: str(folder) for name in names[:_MOST_PACKAGES] if (folder := files.package(name)) is not None}
     macros, own = [MACROS] if libraries else [], {name: str(folder) for name, folder in files.spare.items()}
 
-    def made_with(known: Sequence[str] | None) -> Expanded:
+    def made_with(known: Sequence[str] | None) -> Expansion:
         arguments = (given, found, own, sorted(libraries), *macros)
         return _ask(known, file.absolute(), *arguments, reads=[*files.bases, *macros])
 
@@ -254,17 +254,17 @@ def _expand(file: Path, arguments: Arguments, paths: Sequence[Path], libraries: 
     return made_with(files.known_packages())
 
 
-def _ask(known: Sequence[str] | None, file: Path, *arguments: object, reads: Sequence[Path]) -> Expanded:
+def _ask(known: Sequence[str] | None, file: Path, *arguments: object, reads: Sequence[Path]) -> Expansion:
     job, about = "formats.urdf.expansion:expand", f"xacro {display(file)}"
     try:
         return ask(
-            job, known, file, *arguments, returns=Expanded, about=about, reads=reads, seconds=_SECONDS, answer=_ANSWER
+            job, known, file, *arguments, returns=Expansion, about=about, reads=reads, seconds=_SECONDS, answer=_ANSWER
         )
     except ReaderError as error:
         raise file_error(file, error.reason) from None
 
 
-def _warn(file: Path, made: Expanded) -> None:
+def _warn(file: Path, made: Expansion) -> None:
     """One warning of all that xacro warns of, and one of what is left out."""
     for what, lines in (("xacro warns", made.warnings), ("not read, because packages are missing", made.left_out)):
         if lines:

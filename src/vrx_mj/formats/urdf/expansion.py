@@ -23,7 +23,7 @@ from xacro import substitution_args
 from vrx_mj.config.search import ReadingError, display, near_names, read_limited
 from vrx_mj.config.tree import File, Place
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, nearest
-from vrx_mj.formats.urdf.expand import LEFT_OUT, OUTSIDE, Expanded, Result
+from vrx_mj.formats.urdf.expand import LEFT_OUT, OUTSIDE, Expansion, Result
 from vrx_mj.formats.urdf.model import Place as Spot
 from vrx_mj.formats.urdf.xml_document import MAX_BYTES, decode, markup, parse_xml, table_of
 
@@ -36,7 +36,7 @@ _MAX_MESSAGE = 300
 """Longest message, and longest expression in it [characters]."""
 
 
-class Located(str):
+class ElementText(str):
     """Text of a file that has something to expand, with the element it is in."""
 
     __slots__ = ("place", "tag")
@@ -45,7 +45,7 @@ class Located(str):
     tag: str
 
     @classmethod
-    def at(cls, text: str, element: minidom.Element) -> "Located":
+    def at(cls, text: str, element: minidom.Element) -> "ElementText":
         """The text of an element's attribute, or in the element."""
         located = cls(text)
         located.place, located.tag = _place_of(element), element.tagName
@@ -59,7 +59,7 @@ def _place_of(element: minidom.Element) -> Place:
     return place
 
 
-class Copied:
+class Copier:
     """Handler of minidom that gives a copied element its original's place."""
 
     def handle(self, operation: int, key: str, data: Place, src: minidom.Node, dst: minidom.Node) -> None:
@@ -68,7 +68,7 @@ class Copied:
 
 
 class _Dom:
-    """A document being built, whose elements know their places, and whose texts with a '$' are `Located`."""
+    """A document being built, whose elements know their places, and whose texts with a '$' are `ElementText`."""
 
     def __init__(self, file: File, copied: object, here: Callable[[], Spot]) -> None:
         self.file, self.copied, self.here = file, copied, here
@@ -81,7 +81,7 @@ class _Dom:
         made.setUserData("place", Place(self.file, spot.line, spot.column), self.copied)
         for name, value in attributes.items():  # one of a prefix is another than that without
             made.setAttributeNS(
-                name.rpartition(":")[0] or None, name, Located.at(value, made) if "$" in value else value
+                name.rpartition(":")[0] or None, name, ElementText.at(value, made) if "$" in value else value
             )
         self.node = self.node.appendChild(made)
 
@@ -102,7 +102,7 @@ class _Dom:
 
     def add(self, make: Callable[[str], minidom.Text | minidom.Comment], text: str) -> None:
         self.node.appendChild(
-            make(Located.at(text, self.node) if "$" in text and self.node is not self.document else text)
+            make(ElementText.at(text, self.node) if "$" in text and self.node is not self.document else text)
         )
 
 
@@ -110,8 +110,8 @@ class UnknownPackageError(Exception):
     """A package whose folder was not given."""
 
 
-def expand(known: Sequence[str] | None, *given: Any) -> Expanded:
-    """Expand a xacro file as `Expansion` has it, which `given` makes.
+def expand(known: Sequence[str] | None, *given: Any) -> Expansion:
+    """Expand a xacro file as `Expander` has it, which `given` makes.
 
     Without `known`, names of all packages that there are, one that is not found is no error yet. It changes the
     package `xacro`: it is for a process of its own.
@@ -119,11 +119,11 @@ def expand(known: Sequence[str] | None, *given: Any) -> Expanded:
     Raises:
         ConfigError: the file cannot be expanded.
     """
-    return Expansion(*given).result(known)
+    return Expander(*given).result(known)
 
 
 def evaluate(texts: Sequence[tuple[str, Mapping[str, float]]]) -> tuple[Result, ...]:
-    """What texts with `${...}` come to, each with some names; others are those of `math` and functions of Python."""
+    """Values of texts with `${...}`, each with names of its own; others are those of `math` and functions of Python."""
     package: Any = xacro
     package.warning = package.error = package.message = package.print_location = _nothing
     symbols = _symbols()
@@ -141,7 +141,7 @@ def _result(text: str, names: Mapping[str, object]) -> Result:
 
 
 def evaluate_argument(expression: str, arguments: Mapping[str, str], packages: Mapping[str, str], folder: str) -> str:
-    """What `$(eval ...)` of a launch file comes to, in a folder. Raises VrxError."""
+    """Value of `$(eval ...)` in a launch file in a folder. Raises VrxError."""
     inner: Any = substitution_args
     inner._eval_dict["find"] = lambda name: _package_folder(name, packages)
     try:
@@ -176,8 +176,8 @@ class UnknownArgumentError(KeyError):
 
 
 @dataclass
-class Expansion:
-    """One expansion, which puts itself in the place of what the package reads, finds and prints with."""
+class Expander:
+    """Expander of one file, which puts itself in the place of what the package reads, finds and prints with."""
 
     file: str
     """Absolute path."""
@@ -192,7 +192,7 @@ class Expansion:
     macros: str = ""
     """Path of a file: what its macros, and those of `own` packages, make in other files has the place of its call."""
     text: str = ""
-    """What `file` holds, where that is not to be read."""
+    """Content of `file`, where that is not to be read."""
     calls: list[Place] = field(default_factory=list)
     """Where the macros being expanded are called."""
     warnings: dict[str, None] = field(default_factory=dict)
@@ -216,8 +216,8 @@ class Expansion:
         inner._eval_dirname = lambda _: str(Path(xacro.filestack[-1]).parent)
         inner._eval_find = inner._eval_dict["find"] = self._find
 
-    def result(self, known: Sequence[str] | None) -> Expanded:
-        """What the file expands to. Raises ConfigError."""
+    def result(self, known: Sequence[str] | None) -> Expansion:
+        """Result of expanding the file. Raises ConfigError."""
         try:
             document = self._parse(None, self.file)
             if self.macros:
@@ -230,14 +230,14 @@ class Expansion:
         except Exception as error:
             cause = _cause(error)
             if known is None and isinstance(cause, UnknownPackageError):
-                return Expanded(missing=str(cause))
+                return Expansion(missing=str(cause))
             raise ConfigError([_problem(error, cause, self, known)]) from None
         places = [_place_of(element) for element in document.getElementsByTagName("*")]
         files = {file: number for number, file in enumerate(dict.fromkeys(place.file for place in places))}
         spots = tuple((files[place.file], place.line or 1, place.column or 1) for place in places)
         paths = tuple(str((file.folder or Path()) / Path(file.name).name) for file in files)
         table = tuple((row[0], *spot, *row[4:]) for row, spot in zip(rows, spots, strict=True)) if rows else ()
-        return Expanded(
+        return Expansion(
             text, paths, spots, table, tuple(self.arguments.declared), tuple(self.warnings), tuple(self.left_out)
         )
 
@@ -246,7 +246,7 @@ class Expansion:
             self.left_out.setdefault(
                 f"{_where()}no package named '{filename.removeprefix(LEFT_OUT).partition('/')[0]}'"
             )
-            return parse_xml("<robot/>", filename, partial(_Dom, File(filename, None), Copied()), strict=True).document
+            return parse_xml("<robot/>", filename, partial(_Dom, File(filename, None), Copier()), strict=True).document
         try:
             given = self.text.encode() if filename == self.file else b""
             data = given or read_limited(Path(filename), MAX_BYTES)
@@ -256,7 +256,7 @@ class Expansion:
         name = display(Path(filename))
         text = decode(data, name)
         file = File(name, Path(filename).parent, tuple(text.split("\n")))
-        copied = self if self._is_ours(filename) else Copied()
+        copied = self if self._is_ours(filename) else Copier()
         return parse_xml(text, name, partial(_Dom, file, copied), strict=True).document
 
     def _is_ours(self, filename: str) -> bool:
@@ -267,7 +267,7 @@ class Expansion:
         return filename == self.macros or ours == [True, False]
 
     def _preload(self, document: Any) -> None:
-        """Have the macros at hand before the first element."""
+        """Include the macros before the first element."""
         root = document.documentElement
         include = document.createElement("xacro:include")
         include.setAttribute("filename", self.macros)
@@ -276,7 +276,7 @@ class Expansion:
 
     def handle(self, operation: int, key: str, data: Place, src: minidom.Node, dst: minidom.Node) -> None:
         """Give what a macro of ours makes the place of its call; called by minidom."""
-        dst.setUserData(key, self.calls[-1] if self.calls else data, Copied())
+        dst.setUserData(key, self.calls[-1] if self.calls else data, Copier())
 
     def _open(self, filename: str) -> io.StringIO:
         try:
@@ -341,7 +341,7 @@ def _symbols() -> Any:
 
 
 def _nothing(*_: object, **__: object) -> None:
-    """What is printed for people at a terminal is left out."""
+    """Drop a text that is printed for people at a terminal."""
 
 
 def _unread(filename: str, error: ReadingError) -> str:
@@ -368,7 +368,7 @@ def _check_names(element: minidom.Element) -> None:
         attribute.value = str(attribute.value)
 
 
-def _problem(error: Exception, cause: BaseException, made: Expansion, known: Sequence[str] | None) -> Problem:
+def _problem(error: Exception, cause: BaseException, made: Expander, known: Sequence[str] | None) -> Problem:
     """Problem that stopped an expansion: the innermost error, at the place in the files that raised it."""
     if isinstance(cause, ConfigError):
         return cause.problems[0]
@@ -410,7 +410,7 @@ def _beside(cause: BaseException) -> str:
 
 
 def _message(cause: BaseException, trail: "_Trail") -> str:
-    """What is wrong, in the words of Python or xacro."""
+    """Message about an error, in the words of Python or xacro."""
     if (unknown := _unknown_argument(cause)) is not None:
         return str(UnknownNameError("argument", *unknown.args))
     if isinstance(cause, MemoryError):
@@ -436,7 +436,7 @@ def _message(cause: BaseException, trail: "_Trail") -> str:
 
 
 class _Trail:
-    """What the frames of the package's functions held when an error came: where in the files it was."""
+    """Where in the files an error came, by the frames of the package's functions."""
 
     def __init__(self, error: BaseException, macros: str = "") -> None:
         self.library = macros
@@ -461,7 +461,7 @@ class _Trail:
         elif function == "eval_text":
             self.names = [str(name) for name in _names(local["symbols"])]
             text = local["text"]
-            if isinstance(text, Located) and text.place.file.name != self.library:
+            if isinstance(text, ElementText) and text.place.file.name != self.library:
                 self.place, self.tag = text.place, text.tag
         elif function in {"handle_expr", "handle_extension"}:
             self.expression = f"${{{local['s']}}}" if function == "handle_expr" else f"$({local['s']})"

@@ -45,7 +45,7 @@ def reading(
 
 
 def tree(text: str, label: str) -> Urdf:
-    """What a URDF's text says about its joints. Raises ConfigError."""
+    """Links and joints of a URDF's text. Raises ConfigError."""
     root = Node(parse_robot(text, label), "", Findings(label))
     links = {
         (name := node.required_attribute("name")): Link(name, None, place=node.place) for node in root.children("link")

@@ -41,12 +41,12 @@ _MAX_BYTES = 50_000_000
 _FLAT = 1e-6
 """Thickness, as a share of the largest extent, below which a mesh is a plane or a line."""
 _MEMORY, _MEMORY_PER_BYTE = 256 << 20, 16
-"""What reading a mesh may take [bytes]: this, and so much for each byte of its file."""
+"""Memory that reading a mesh may take [bytes]: this, and so much for each byte of its file."""
 _SECONDS, _BYTES_PER_SECOND = 4, 2_000_000
 """Processor time of reading a mesh: this [s], and a second for so many bytes."""
 _FOLDER = root() / "assets" / "robots" / "wamv"
 ODD = WORDING["suspicious"]
-"""What is legal but suspicious, each said once for all that have it."""
+"""Messages on what is legal but suspicious, each said once for all that have it."""
 
 
 class MissingMeshError(VrxError):

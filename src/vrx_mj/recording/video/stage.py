@@ -195,7 +195,7 @@ class Instant:
     qpos: FloatArray
     """Positions, as the model of these boats has them."""
     marks: FloatArray
-    """What lights and placards show."""
+    """Marks of what lights and placards show."""
 
 
 class Footage:

@@ -69,7 +69,7 @@ class StationKeeping(Problem):
         return 0.1 * (self._error + _GOAL_DISTANCE) * left[:, None]
 
     def facts(self) -> Facts:
-        """The errors."""
+        """Errors of pose, now and in the mean."""
         return {"pose_error": self._error, "mean_pose_error": self._sum / np.maximum(self._steps, 1)[:, None]}
 
     def _now(self, team: Team) -> FloatArray:
@@ -89,13 +89,13 @@ class Course(Problem):
         self._at = np.zeros((self.n, 1), np.int64)
 
     def _point(self, later: int) -> FloatArray:
-        """(3, n, 1): x, y [m] and direction [rad] of the present place, or of one after it."""
+        """Place (3, n, 1): x, y [m] and direction [rad] of the present one, or of one after it."""
         at = np.minimum(self._at + later, self.count - 1)[:, :, None]
         points: FloatArray = np.take_along_axis(self._points, at, axis=1)
         return points.transpose(2, 0, 1)
 
     def _more(self) -> FloatArray:
-        """(n, 1): 1 where a place follows the present one, else 0."""
+        """Marks (n, 1): 1 where a place follows the present one, else 0."""
         return (self._at < self.count - 1).astype(np.float64)
 
 

@@ -68,7 +68,7 @@ class Docking(Problem):
         return [(*start, inward + random.uniform(-_MAX_START_ANGLE, _MAX_START_ANGLE), 0.0)]
 
     def begin(self, who: BoolArray, team: Team) -> None:
-        """No boat has held yet."""
+        """Start without a boat that has held its place."""
         self._held[who], self._inside[who], self._fastest[who] = 0, False, 0.0
         self._cost[who] = _cost(*self._from_middle(team))[who]
 

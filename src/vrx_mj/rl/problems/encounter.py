@@ -100,7 +100,7 @@ def departure(turn: FloatArray, speed: FloatArray, speed_before: FloatArray) -> 
 
 
 def range_score(distance: FloatArray, least: float, wanted: float) -> FloatArray:
-    """1 for a closest approach at `wanted` [m] or beyond, 0 at `least` or nearer, linear between."""
+    """Score 1 for a closest approach at `wanted` [m] or beyond, 0 at `least` or nearer, linear between."""
     return np.clip((distance - least) / (wanted - least), 0.0, 1.0)
 
 
@@ -221,7 +221,7 @@ class Encounter(Problem):
         return super().facts() | {"score": self._scores()}
 
     def _faults(self, team: Team, gap: FloatArray, meet: BoolArray) -> FloatArray:
-        """(n, 2), 0 to 1; none once they have passed. What the stand-on vessel departs is added up for its score."""
+        """Faults (n, 2), 0 to 1; none after passing. What the stand-on vessel departs is added up for its score."""
         time, distance = approach(team.x, team.y, *team.velocity())
         port = np.clip(wrap_angle(team.yaw - self._course) / _APPARENT_TURN, 0.0, 1.0)
         risk = np.clip(1.0 - distance / _SAFE_DISTANCE, 0.0, 1.0)[:, None]

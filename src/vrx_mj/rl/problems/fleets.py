@@ -88,7 +88,7 @@ class Formation(Problem):
         return [self.entrance(row, boat, random) for boat in range(self.size)]
 
     def entrance(self, row: int, boat: int, random: np.random.Generator) -> Spot:
-        """Near its place, where that is by now."""
+        """Draw a start near the place of the boat, where that is by now."""
         x, y = (float(part[0, boat]) for part in self._places(slice(row, row + 1))[:2])
         dx, dy = random.uniform(-_MAX_START_OFFSET, _MAX_START_OFFSET, 2).tolist()
         heading = float(self._leader[row, 2]) + random.uniform(-_MAX_START_ANGLE, _MAX_START_ANGLE)
@@ -127,7 +127,7 @@ class Formation(Problem):
         self._leader[:, 1] += way * np.sin(self._leader[:, 2])
 
     def _places(self, rows: slice = slice(None)) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """(rows, boats): x, y [m], and the velocities east and north [m/s] of places, which turn with the leader."""
+        """Places (rows, boats), which turn with the leader: x, y [m], and velocities east and north [m/s]."""
         x, y, course = self._leader[rows].T[:, :, None]
         ahead, left = np.moveaxis(self._slots[rows], -1, 0)
         cos, sin = np.cos(course), np.sin(course)
@@ -182,7 +182,7 @@ class Rendezvous(Problem):
         return [_around(first + 2.0 * np.pi * boat / self.size, self.size, random) for boat in range(self.size)]
 
     def entrance(self, row: int, boat: int, random: np.random.Generator) -> Spot:
-        """Somewhere around."""
+        """Draw a place somewhere around."""
         return _around(random.uniform(-np.pi, np.pi), self.size, random)
 
     def begin(self, who: BoolArray, team: Team) -> None:
@@ -219,13 +219,13 @@ class Rendezvous(Problem):
         return {"distance": self._distance, "met": self._held >= round(_HOLD_TIME / PERIOD)}
 
     def _now(self, team: Team) -> FloatArray:
-        """(n, boats, 2): distances to both places [m]."""
+        """Distances (n, boats, 2) to both places [m]."""
         x, y = np.moveaxis(self._places, -1, 0)[:, :, None]
         far: FloatArray = np.hypot(x - team.x[..., None], y - team.y[..., None])
         return far
 
     def _least(self, far: FloatArray, present: BoolArray) -> FloatArray:
-        """(n,): the boats' mean distance to the place where it is least [m]."""
+        """The boats' mean distance (n,) to the place where it is least [m]."""
         return np.minimum(mean_of(far[..., 0], present), mean_of(far[..., 1], present))
 
 

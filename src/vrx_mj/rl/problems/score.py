@@ -59,7 +59,7 @@ class Score(Problem):
         return [self.entrance(row, boat, random) for boat in range(self.size)]
 
     def entrance(self, row: int, boat: int, random: np.random.Generator) -> Spot:
-        """Where the fleet has it."""
+        """Draw nothing: a boat joins where the fleet has it."""
         x, y = self._first[boat].tolist()
         return x, y, float(self._yaw[boat]), 0.0
 

@@ -105,7 +105,7 @@ class Peer:
         return body
 
     async def receive(self, size: int) -> bytearray:
-        """So many bytes, which count until the next ones; errors are those of `frame`."""
+        """Receive so many bytes, which count until the next ones; errors are those of `frame`."""
         body = bytearray()
         while len(body) < size:
             goal = min(size, len(body) + _PORTION)
@@ -180,7 +180,7 @@ class Listener:
         self._servers: list[asyncio.Server] = []
         self._is_open = True
         self.tasks: set[asyncio.Task[None]] = set()
-        """Those of the connections that are open."""
+        """Tasks of the connections that are open."""
 
     async def start(self, hosts: Sequence[str], port: int = 0) -> int:
         """Listen; returns the port, a free one where 0 is given. OSError: that cannot be done."""

@@ -41,7 +41,7 @@ class Notifier:
         self._tasks: dict[str, asyncio.Task[None]] = {}
 
     def notify(self, api: str, method: str, about: str, *values: object) -> None:
-        """Have a node's method called with the caller, the thing and these values."""
+        """Arrange a call of a node's method with the caller, the thing and these values."""
         if api not in self._waiting and len(self._waiting) >= MOST_NODES:
             slowest = next(iter(self._waiting))  # others are done within no time
             del self._waiting[slowest]

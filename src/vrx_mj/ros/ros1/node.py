@@ -28,7 +28,7 @@ from vrx_mj.ros.parameters import MAX_NAME, resolve
 from vrx_mj.ros.ros1.connection import LARGEST_HEADER, HttpServer, Listener, Peer, decode_header, encode_header
 from vrx_mj.ros.ros1.master import Api, Reply
 from vrx_mj.ros.ros1.registrar import Link, MasterAccess, Registrar, SystemState, is_ours, open_master
-from vrx_mj.ros.ros1.tcpros import MOST_PUBLISHERS, Provided, Publication, Reader, Stream, Subscription, call_service
+from vrx_mj.ros.ros1.tcpros import MOST_PUBLISHERS, Publication, Reader, ServiceHost, Stream, Subscription, call_service
 from vrx_mj.ros.ros1.xmlrpc import CALL_ERRORS, DEFAULT_MASTER, address, ask
 
 HEADER_TIMEOUT = 10.0
@@ -91,7 +91,7 @@ class Slave(Api):
         }
 
     def refusal(self, method: str, caller: str, host: str) -> str:
-        """Some methods are only for programs on this machine and the master's."""
+        """Why a caller may not use a method: some are for this machine and the master's alone. Empty if it may."""
         if method not in _RESTRICTED or self.trusted(host):
             return ""
         text = f"{host} ({caller[:100]}) called {method}: only this machine and the master's machine may"
@@ -199,7 +199,7 @@ class Watch:
             begin_task(self._report_unreachable(silent), self._work)
 
     async def close(self) -> None:
-        """Stop."""
+        """Stop the node."""
         await end_tasks(self._work)
 
     def _silent(self, subscribers: Mapping[str, list[str]]) -> list[tuple[str, str]]:
@@ -254,7 +254,7 @@ class Node(Wire):
         self.stream = Stream(name)
         self.publications: dict[str, Publication] = {}
         self.subscriptions: dict[str, Subscription] = {}
-        self.provided: dict[str, Provided] = {}
+        self.provided: dict[str, ServiceHost] = {}
         is_own = access.master is not None
         self.slave = Slave(name, master_uri, self.publications, self.subscriptions, notices, is_own)
         intake, self._connection_limit = Intake(_INCOMING_BYTES), connection_limit
@@ -348,7 +348,7 @@ class Node(Wire):
                 self.registration_changed(kind, name)
 
     def _publish(self, name: str) -> None:
-        """Have a topic that nodes of this process publish, and no other."""
+        """Open or close the publication of a topic, as nodes of this process publish it or not."""
         type_name, latched = self.graph.local_type("publisher", name), self.graph.is_latched(name)
         held = self.publications.get(name)
         if held is not None and (held.type, held.latched) != (type_name, latched):
@@ -360,7 +360,7 @@ class Node(Wire):
             )
 
     def _listen(self, name: str) -> None:
-        """Have a topic that nodes of this process listen to, and no other."""
+        """Open or close the subscription of a topic, as nodes of this process listen to it or not."""
         type_name = self.graph.local_type("subscriber", name)
         held = self.subscriptions.get(name)
         if held is not None and held.type != type_name:
@@ -379,12 +379,12 @@ class Node(Wire):
             self.subscriptions[name].update(self.graph.registrations.apis("publisher", name))
 
     def _provide(self, name: str) -> None:
-        """Have a service that a node of this process provides, and no other."""
+        """Open or close a service, as a node of this process provides it or not."""
         service, held = self.graph.services.get(name), self.provided.get(name)
         if held is not None and held.service != service:
             self.provided.pop(name).close()
         if service is not None and name not in self.provided:
-            self.provided[name] = Provided(self.graph, name, service)
+            self.provided[name] = ServiceHost(self.graph, name, service)
 
     # What other processes do
 
@@ -419,7 +419,7 @@ class Node(Wire):
         return wished
 
     async def _serve(self, peer: Peer) -> None:
-        """Whoever has connected wants to subscribe or to call."""
+        """Serve a connection of who wants to subscribe to a topic or to call a service."""
         async with asyncio.timeout(HEADER_TIMEOUT):
             header = decode_header(await peer.frame(LARGEST_HEADER))
         try:
@@ -443,7 +443,7 @@ class Node(Wire):
         elif header.get("probe") != "1":
             await met.answer(peer, node, persistent=lasts)
 
-    def _destination(self, header: Mapping[str, str]) -> Publication | Provided:
+    def _destination(self, header: Mapping[str, str]) -> Publication | ServiceHost:
         """The topic or service that a header asks for; CommandError: it is not for who sent it."""
         what, name = ("publisher", header["topic"]) if "topic" in header else ("provider", header.get("service", ""))
         met = self.publications.get(name) if what == "publisher" else self.provided.get(name)
@@ -478,7 +478,7 @@ class Ros1:
     """The wire, from any thread."""
 
     def __init__(self, graph: Graph, *, master_uri: str | None = None, host: str = "127.0.0.1") -> None:
-        """Nothing is opened yet."""
+        """Prepare the wire; nothing is opened yet."""
         self.master_uri = (master_uri or os.environ.get("ROS_MASTER_URI") or DEFAULT_MASTER).rstrip("/")
         self.on_shutdown: Callable[[str], None] | None = None
         """Called by the network's thread with the reason when `rosnode kill` or the master ends our node."""

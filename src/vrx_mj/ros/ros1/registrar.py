@@ -227,7 +227,7 @@ class Registrar:
         self._is_lost = False
 
     async def run(self) -> None:
-        """Do it until another node of the same name has taken over."""
+        """Keep the registrations until another node of the same name has taken over."""
         loop = asyncio.get_running_loop()
         looked = -_MIN_CHECK_PERIOD
         while True:
@@ -310,7 +310,7 @@ class Registrar:
             raise ConnectionError("the master does not report its state") from None
 
     def _look(self, state: SystemState, types: Mapping[str, str]) -> None:
-        """What of ours the master does not know any more has to be registered again."""
+        """Register again whatever of ours the master does not know any more."""
         known = dict(zip(_METHODS, state, strict=False))
         missing = [key for key in self._done if key[0] not in known.get(key[1], {}).get(key[2], [])]
         for key in missing:

@@ -171,7 +171,7 @@ class Publication:
 
 
 class Reader:
-    """One who has subscribed. What it does not take in time waits in an outbox, and the oldest of that goes first."""
+    """A subscriber elsewhere. What it does not take in time waits in an outbox, and the oldest of that goes first."""
 
     def __init__(self, publication: Publication, peer: Peer, node: str) -> None:
         self.publication, self.peer, self.node = publication, peer, node
@@ -179,7 +179,7 @@ class Reader:
         self.sent = self.messages = 0
         self._outbox: Outbox[bytearray] = Outbox(publication.stream.counts, _MOST_FRAMES, self._write)
         self._rest = memoryview(b"")
-        """What asyncio has not been given yet of the message that is being sent."""
+        """Rest of the message being sent that asyncio has not been given yet."""
         self._full = asyncio.Event()
         peer.writer.transport.set_write_buffer_limits(high=_HIGH_WATER)
 
@@ -226,7 +226,7 @@ class Reader:
 
 
 @dataclass(eq=False)
-class Provided:
+class ServiceHost:
     """A service of a node of this process, and its callers."""
 
     graph: Graph
@@ -310,7 +310,7 @@ class Subscription:
     last_number: int = 0
 
     def update(self, uris: Iterable[str]) -> None:
-        """These are the publishers now."""
+        """Connect to these publishers, and to no others."""
         wanted = list(dict.fromkeys(uri for uri in uris if len(uri) <= MAX_NAME and uri != self.own))[:MOST_PUBLISHERS]
         for uri in set(self.sources) - set(wanted):
             self.sources.pop(uri).task.cancel()

@@ -233,7 +233,7 @@ async def ask(uri: str, method: str, *values: object, timeout: float = ANSWER_TI
 
 
 async def _all(reader: asyncio.StreamReader, most: int) -> bytes:
-    """Up to the end of the stream."""
+    """All bytes up to the end of the stream, at most so many."""
     body = bytearray()
     while part := await reader.read(1 << 16):
         body += part

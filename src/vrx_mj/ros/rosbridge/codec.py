@@ -389,7 +389,7 @@ class Parcel:
         self._bodies: dict[str, bytes] = {}
 
     def frames(self, topic: str, wish: Options) -> Iterable[Frame]:
-        """What to send, for a client that calls the topic so: frames of text, but of binary for the two CBORs."""
+        """Frames to send to a client that calls the topic so: of text, but of binary for the two CBORs."""
         if wish.is_binary:
             head = b"\xa3\x62op\x67publish\x65topic" + cbor2.dumps(topic) + b"\x63msg"  # a map of three
             return [(head, self._body(wish.compression))]
@@ -415,7 +415,7 @@ class Parcel:
 
 
 def reply_frames(message: Mapping[str, object], wish: Options) -> list[Frame]:
-    """What to send of an operation other than a topic's message, and whether it is binary."""
+    """Frames to send for an operation other than a topic's message."""
     if wish.is_binary:
         return [(cbor2.dumps(message, default=_cbor_number),)]
     whole = json_bytes(message)

@@ -48,7 +48,7 @@ _TIME_DETAILS = {
     "constnames": [],
     "constvalues": [],
 }
-"""What rosapi answers about time and duration."""
+"""Answer of rosapi about time and duration."""
 _ACTION_TOPICS = frozenset({"cancel", "feedback", "goal", "result", "status"})
 """Topics of an action."""
 _CONVERSIONS: Mapping[str, Callable[[str], str]] = {
@@ -122,7 +122,7 @@ class Rosapi:
                 self._services.build_in(f"/rosapi/{name}", f"rosapi/{type_name}", answer)
 
     def _answer(self, method: Callable[..., object], asked: object) -> object:
-        """What a method gives, whose parameters are the request's fields; a request may also be a list of these.
+        """Answer of a method whose parameters are the request's fields; a request may also be a list of these.
 
         An answer about parameters of this process is made at once: that is time of the client.
         """
@@ -289,7 +289,7 @@ def _argument(asked: object, name: str, default: object) -> str:
 
 
 @dataclass
-class _Asked:
+class _Request:
     """A message that a page wants."""
 
     topic: str
@@ -313,7 +313,7 @@ class Republisher(Wire):
         self._graph, self._numbers = graph, itertools.count()
         self._frames: dict[str, tuple[str, FloatArray, FloatArray]] = {}
         """Parent of each, position and quaternion in that."""
-        self._asked: dict[str, _Asked] = {}
+        self._asked: dict[str, _Request] = {}
 
     def open(self) -> None:
         """Offer the service; topics come with the first page that uses them."""
@@ -339,7 +339,7 @@ class Republisher(Wire):
             self._end(message.id)
         elif name == _GOAL:
             status = {"goal_id": message.goal_id, "status": _ACTIVE}
-            asked = _Asked(_FEEDBACK, _PROGRESS, message.goal, lambda found: new(
+            asked = _Request(_FEEDBACK, _PROGRESS, message.goal, lambda found: new(
                 _PROGRESS, header=message.header, status=status, feedback={"transforms": found}))  # fmt: skip
             try:
                 self._begin(message.goal_id.id, asked)
@@ -350,13 +350,13 @@ class Republisher(Wire):
         topic = f"/{_PACKAGE}/tf_repub_{next(self._numbers)}"
         timeout = max(request.timeout.sec + 1e-9 * request.timeout.nanosec, _LEAST_TIMEOUT)
         try:
-            self._begin(topic, _Asked(topic, _ARRAY, request, lambda found: new(_ARRAY, transforms=found), timeout))
+            self._begin(topic, _Request(topic, _ARRAY, request, lambda found: new(_ARRAY, transforms=found), timeout))
         except CommandError as error:
             answer(None, str(error))
         else:
             answer(new(f"{_PACKAGE}/RepublishTFsResponse", topic_name=topic), "")
 
-    def _begin(self, key: str, asked: _Asked) -> None:
+    def _begin(self, key: str, asked: _Request) -> None:
         wanted, (low, high) = asked.wanted, _RATES
         if not low <= wanted.rate <= high or len(wanted.source_frames) > _MOST_SOURCES:
             what = f"rate {wanted.rate:g} Hz of {len(wanted.source_frames)} frames"
@@ -375,7 +375,7 @@ class Republisher(Wire):
         asked.heard = asyncio.get_running_loop().time()
         self._send(key, asked)
 
-    def _send(self, key: str, asked: _Asked) -> None:
+    def _send(self, key: str, asked: _Request) -> None:
         """Send what has moved, again and again until nobody listens."""
         loop = asyncio.get_running_loop()
         is_heard = bool(self._graph.registrations.apis("subscriber", asked.topic))
@@ -401,7 +401,7 @@ class Republisher(Wire):
             for name in (_MOVING_TOPIC, _STATIC_TOPIC):
                 self._graph.unregister("subscriber", name, self._graph.node)
 
-    def _transforms_of_moved(self, asked: _Asked) -> list[Message]:
+    def _transforms_of_moved(self, asked: _Request) -> list[Message]:
         wanted, found = asked.wanted, []
         target = wanted.target_frame.lstrip("/")
         base, at, turn = self._in_root(target)

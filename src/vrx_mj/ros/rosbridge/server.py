@@ -39,7 +39,7 @@ from vrx_mj.ros.rosbridge.codec import (
     text,
 )
 from vrx_mj.ros.rosbridge.nodes import Republisher, Rosapi
-from vrx_mj.ros.rosbridge.topics import Offered, Services, Subscription, Topics, Written, node_name, respond
+from vrx_mj.ros.rosbridge.topics import Provider, QueuedFrames, Services, Subscription, Topics, node_name, respond
 
 MOST_CONNECTIONS = 512
 """Largest number of clients."""
@@ -130,7 +130,7 @@ class Fragments:
         return None
 
     def end(self) -> None:
-        """Forget all."""
+        """Forget all fragments."""
         self._open.clear()
         self._size = 0
         self._intake.hold(self._place, 0)
@@ -148,7 +148,7 @@ def _whole(message: Operation, key: str, low: int, high: int) -> int:
 
 
 @dataclass
-class Advertised:
+class Advertisement:
     """A topic on which a client publishes."""
 
     type: str
@@ -169,12 +169,12 @@ class Client:
         self._connection, self._place = connection, place
         self._hub = hub
         self._filled = asyncio.Event()
-        self._answers: Outbox[Written] = Outbox(hub.counts, MOST_ANSWERS, self._filled.set)
-        self._messages: Outbox[Written] = Outbox(hub.counts, MOST_MESSAGES, self._filled.set)
+        self._answers: Outbox[QueuedFrames] = Outbox(hub.counts, MOST_ANSWERS, self._filled.set)
+        self._messages: Outbox[QueuedFrames] = Outbox(hub.counts, MOST_MESSAGES, self._filled.set)
         self._pace = Pace(CLIENTS_SHARE, CLIENT_BURST, hub.flooding)
         self._fragments = Fragments(hub.fragments, place)
         self._subscriptions: dict[str, Subscription] = {}
-        self._topics: dict[str, Advertised] = {}
+        self._topics: dict[str, Advertisement] = {}
         self._level = "error"
         self._operations: dict[str, Callable[[Operation], None]] = {
             "advertise": self._advertise,
@@ -307,13 +307,13 @@ class Client:
         self._publish_on(name, type_name, flag(message, "latch", False))
 
     def _publish_on(self, name: str, type_name: str, latch: bool) -> None:
-        """Be a publisher of a topic; CommandError: it has another type."""
+        """Become a publisher of a topic; CommandError: it has another type."""
         if name not in self._topics:
             self._hub.topics.check(name, type_name)
             self._hub.graph.register("publisher", name, node_name(self.number), type_name, latched=latch)
         elif self._topics[name].type != type_name:
             raise CommandError(f"topic {name} is a {self._topics[name].type}, not a {type_name}")
-        self._topics.setdefault(name, Advertised(type_name, latch)).latch = latch  # what is kept still counts
+        self._topics.setdefault(name, Advertisement(type_name, latch)).latch = latch  # what is kept still counts
 
     def _unadvertise(self, message: Operation) -> None:
         name = absolute(text(message, "topic"))
@@ -392,7 +392,7 @@ class Client:
     def _advertise_service(self, message: Operation) -> None:
         written = text(message, "service")
         self._check_room(message)
-        self._hub.services.advertise(absolute(written), Offered(ros1_name(text(message, "type")), written, self))
+        self._hub.services.advertise(absolute(written), Provider(ros1_name(text(message, "type")), written, self))
 
     def _set_level(self, message: Operation) -> None:
         level = text(message, "level")
@@ -465,7 +465,7 @@ class Rosbridge:
         host: str = "127.0.0.1",
         origins: Sequence[str] = (),
     ) -> None:
-        """Nothing is opened yet; port 0 is any that is free.
+        """Prepare the server; nothing is opened yet, and port 0 is any that is free.
 
         Raises:
             NetworkError: the port is invalid.

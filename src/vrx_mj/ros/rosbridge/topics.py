@@ -17,8 +17,8 @@ from vrx_mj.ros.limits import Frame, Outbox
 from vrx_mj.ros.messages import Message, known_types, ros1_name
 from vrx_mj.ros.rosbridge.codec import Options, Parcel, message_of, plain, request
 
-Written = tuple[Callable[[], Iterable[Frame]], bool]
-"""What a client gets: what makes its frames when they can be sent, and whether they are binary."""
+QueuedFrames = tuple[Callable[[], Iterable[Frame]], bool]
+"""Frames for a client: the function that makes them when they can be sent, and whether they are binary."""
 _NODE_PREFIX = "/rosbridge/client_"
 """Prefix of the names of clients as nodes."""
 _LONGEST_CALL = 600.0
@@ -34,7 +34,7 @@ class Subscription:
     A throttle without a queue drops what comes too early; with a queue that waits, and the oldest is dropped.
     """
 
-    def __init__(self, topic: str, outbox: Outbox[Written]) -> None:
+    def __init__(self, topic: str, outbox: Outbox[QueuedFrames]) -> None:
         self.topic = topic
         """Name of the topic as the client writes it; messages carry this name."""
         self._outbox = outbox
@@ -188,8 +188,8 @@ class Caller(Protocol):
 
 
 @dataclass(frozen=True)
-class Offered:
-    """A service that a client offers."""
+class Provider:
+    """Client that provides a service to others."""
 
     type: str
     name: str
@@ -212,7 +212,7 @@ class Services:
     """The calls of clients, and what they offer to each other and to the other wires."""
 
     def __init__(self, graph: Graph) -> None:
-        self.offered: dict[str, Offered] = {}
+        self.offered: dict[str, Provider] = {}
         self.built_in: dict[str, Callable[[object], object]] = {}
         """rosapi's answers, by name."""
         self._graph = graph
@@ -223,12 +223,12 @@ class Services:
         self._numbers = itertools.count(1)
 
     def build_in(self, name: str, type_name: str, answer: Callable[[object], object]) -> None:
-        """Have a service that takes and gives what JSON holds, or something to wait for that does."""
+        """Provide a service that takes and gives what JSON holds, or something to wait for that does."""
         self.built_in[name] = answer
         only_here = "only clients of rosbridge can call rosapi"
         self._graph.provide(name, Service(self._graph.node, type_name, lambda *call: call[-1](None, only_here)))
 
-    def advertise(self, name: str, offered: Offered) -> None:
+    def advertise(self, name: str, offered: Provider) -> None:
         """Register a client as a service's provider; CommandError: another one provides it."""
         holder = self.offered.get(name)
         if self._graph.registrations.apis("service", name) and (holder is None or holder.client is not offered.client):
@@ -320,7 +320,7 @@ class Services:
         return offered + sum(caller is client for caller in self._tasks.values())
 
     def _begin(self, work: Coroutine[object, None, None], caller: Caller | None = None) -> None:
-        """Do what waits for an answer."""
+        """Begin work that waits for an answer, as a task of its caller."""
         task: asyncio.Task[None] = asyncio.create_task(work)
         self._tasks[task] = caller
         task.add_done_callback(self._tasks.pop)
@@ -342,7 +342,7 @@ class Services:
             type_name, response = await _in_time(answer, written, timeout)
         return plain(response, f"{type_name}Response"), True
 
-    async def _forward(self, offered: Offered, written: str, asked: object, timeout: float) -> tuple[object, bool]:
+    async def _forward(self, offered: Provider, written: str, asked: object, timeout: float) -> tuple[object, bool]:
         """Pass a call to the client that answers it."""
         key, answer = f"call_service:{written}:{next(self._numbers)}", asyncio.get_running_loop().create_future()
         self._calls[key] = Pending(offered.client, offered.type, written, answer)

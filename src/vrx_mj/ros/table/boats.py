@@ -12,7 +12,7 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.fleet import BoatConfig
 from vrx_mj.constants import ANGLE_SUFFIX
-from vrx_mj.control.navigation import Localizer, Located, truly_located
+from vrx_mj.control.navigation import Localizer, Odometry, true_odometry
 from vrx_mj.drive.pilot import Wheel, engine_commands, engines_of
 from vrx_mj.errors import CommandError, ConfigError, VrxError
 from vrx_mj.formats.urdf.model import Urdf
@@ -201,7 +201,7 @@ class Spin(NamedTuple):
     """Torque [N m]."""
 
     def after(self, time: float, command: float) -> "Spin":
-        """After some time [s] under a share of full power.
+        """The spin after some time [s] under a share of full power.
 
         VRX drives the shaft by 2 N m at full power, beyond a tenth of it; its joint has a damping of 0.05 N m s, a
         friction of 0.05 N m and at most 100 rad/s, and the propeller 0.008545 kg m2. Nothing is pushed by that.
@@ -255,7 +255,7 @@ class BoatFrames:
             return None
 
     def joints(self) -> Message:
-        """sensor_msgs/JointState."""
+        """Message sensor_msgs/JointState of the boat."""
         rows = self._turned_joints()
         return new(
             "sensor_msgs/JointState",
@@ -393,11 +393,11 @@ def transform(
 
 
 Source = Literal["truth", "navigator"]
-"""What a boat is localized by: as it is, or its GPS and inertial unit."""
+"""Source of a boat's place: the truth, or its GPS and inertial unit."""
 
 
 class Localization:
-    """One boat's. Its frame `BOAT/odom` is east-north-up at the world's origin, until it is given another datum."""
+    """Localization of a boat. `BOAT/odom` is east-north-up at the world's origin, until it is given another datum."""
 
     def __init__(self, host: Host, boat: str, source: Source) -> None:
         """CommandError: the boat has no GPS or no inertial unit, and is to be found by these."""
@@ -406,7 +406,7 @@ class Localization:
         self._east, self._sent = parameters.x_from_east, -math.inf
         self._origin, self._axes = np.zeros(3), np.array(rotation(0.0, 0.0, -self._east))
         """Position of the frame in `map` [m], and rotation matrix, frame to `map`."""
-        self._located: tuple[Observation, Located] | None = None
+        self._located: tuple[Observation, Odometry] | None = None
         self._localizer: Localizer | None = None
         if source == "navigator":
             first = {one.config.type: one for one in reversed(host.sim.mounted(boat))}
@@ -418,12 +418,12 @@ class Localization:
             self._localizer = Localizer(first["gps"], first["imu"], self._earth, antenna)
 
     @property
-    def now(self) -> Located:
+    def now(self) -> Odometry:
         """Where the boat is at the present moment, in the world's axes."""
         seen = self._host.observation
         if self._located is None or self._located[0] is not seen:
             by_sensors = self._localizer and self._localizer(seen[self._boat], self._host.sim.time)
-            self._located = seen, by_sensors or truly_located(seen[self._boat])
+            self._located = seen, by_sensors or true_odometry(seen[self._boat])
         return self._located[1]
 
     def frames(self) -> list[Message]:

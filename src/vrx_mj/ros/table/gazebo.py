@@ -16,7 +16,7 @@ from vrx_mj.frames import Pose, angles, conjugate, quaternion_product, rotation,
 from vrx_mj.ros.interface import VRX3, Entry, Input, Output, Service
 from vrx_mj.ros.messages import Message, fields, kind, new
 from vrx_mj.ros.table.boats import UNTURNED
-from vrx_mj.ros.table.host import Host, JointAxis, Placed, header, pose_message, twist_message
+from vrx_mj.ros.table.host import FrameState, Host, JointAxis, header, pose_message, twist_message
 from vrx_mj.runtime.applied import AppliedForce
 
 _STATE_RATE = 100.0
@@ -63,7 +63,7 @@ def gz_services(host: Host) -> Iterator[Service]:
 
 
 def _create(host: Host, asked: Message) -> None:
-    """What a text of SDF or URDF describes; files and clones of this machine are not for a network."""
+    """Spawn what a text of SDF or URDF describes; files and clones of this machine are not for a network."""
     if not asked.name or not asked.sdf:
         raise CommandError("entity_factory: name and sdf are needed; sdf_filename and clone_name are not supported")
     numbers = (f"_{number}" for number in itertools.count(1))
@@ -157,17 +157,17 @@ def _get_link(host: Host, asked: Message) -> Mapping[str, object]:
     return {"link_state": state}
 
 
-def _relative(host: Host, placed: Placed, frame: str) -> Placed:
+def _relative(host: Host, placed: FrameState, frame: str) -> FrameState:
     """Seen from another model or link."""
     base = host.bodies.frame(frame)
     return placed if base is None else _seen_from(base, placed)
 
 
-def _seen_from(base: Placed, placed: Placed) -> Placed:
+def _seen_from(base: FrameState, placed: FrameState) -> FrameState:
     turn = rotation_matrix(base.quaternion).T
     away = placed.position - base.position
     velocity = placed.velocity - base.velocity - np.cross(base.spin, away)
-    return Placed(
+    return FrameState(
         turn @ away,
         quaternion_product(conjugate(base.quaternion), placed.quaternion),
         turn @ velocity,
@@ -266,7 +266,7 @@ def _axis(host: Host, name: str) -> str:
 
 
 def _span(asked: Message) -> tuple[float, float]:
-    """When a force begins and ends [s]; one of a negative duration does not end."""
+    """Times at which a force begins and ends [s]; one of a negative duration does not end."""
     begins, duration = (one.sec + 1e-9 * one.nanosec for one in (asked.start_time, asked.duration))
     return begins, begins + duration if duration >= 0.0 else math.inf
 
@@ -275,7 +275,7 @@ def _span(asked: Message) -> tuple[float, float]:
 
 
 def _physics(host: Host) -> dict[str, object]:
-    """What GetPhysicsProperties and SetPhysicsProperties have both; ODE is not there."""
+    """Fields that GetPhysicsProperties and SetPhysicsProperties have both; ODE is not there."""
     gravity = kind("geometry_msgs/Vector3")(*host.sim.model.opt.gravity.tolist())
     ode = new("gazebo_msgs/ODEPhysics")
     return {

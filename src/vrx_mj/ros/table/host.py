@@ -35,7 +35,7 @@ _START_STEP = 10.0
 """Coordinates of the frame `start` are multiples of this [m]."""
 
 
-class Placed(NamedTuple):
+class FrameState(NamedTuple):
     """Where a body's frame is and how it moves, in the world's axes."""
 
     position: FloatArray
@@ -105,7 +105,7 @@ class Bodies:
         """Names of all links, as `wamv::wamv/base_link`."""
         return tuple(self._links)
 
-    def model(self, name: str) -> Placed:
+    def model(self, name: str) -> FrameState:
         """Where a model is; one that is made of models is where the first of them is. Errors are those of `parts`."""
         self.parts(name)
         index = self._models[_gazebo(name)]
@@ -124,7 +124,7 @@ class Bodies:
             raise UnknownNameError("model", name, self._models)
         return self._parts[_gazebo(name)]
 
-    def link(self, name: str) -> Placed:
+    def link(self, name: str) -> FrameState:
         """Where a link is; UnknownNameError for an unknown name."""
         check_name("link", name, self._links)
         self._refresh()
@@ -135,7 +135,7 @@ class Bodies:
         check_name("link", link, self._links)
         return str(self._sim.model.body(self._links[link]).name)
 
-    def places(self, *, links: bool) -> dict[str, Placed]:
+    def places(self, *, links: bool) -> dict[str, FrameState]:
         """Where every link is, or every model, boats last; balls that were not fired are none."""
         self._refresh()
         return {
@@ -174,7 +174,7 @@ class Bodies:
         limited = bool(model.jnt_limited[joint])
         yield JointAxis(kind, limited, float(data.qpos[at]), float(data.qvel[dof]), float(model.dof_damping[dof]))
 
-    def frame(self, name: str) -> Placed | None:
+    def frame(self, name: str) -> FrameState | None:
         """A frame of reference: None for the world's, else a model's or a link's; UnknownNameError if it is unknown."""
         if name in _WORLD_FRAMES:
             return None
@@ -188,10 +188,10 @@ class Bodies:
             raise CommandError(f"the link '{name}' has a parent link: only a model's first link can be placed")
         return self._singles[self._links[name]]
 
-    def _place_of(self, index: int) -> Placed:
+    def _place_of(self, index: int) -> FrameState:
         data, velocity = self._data, np.empty(6)
         mujoco.mj_objectVelocity(self._sim.model, data, mujoco.mjtObj.mjOBJ_XBODY, index, velocity, 0)
-        return Placed(data.xpos[index].copy(), data.xquat[index].copy(), velocity[3:], velocity[:3])
+        return FrameState(data.xpos[index].copy(), data.xquat[index].copy(), velocity[3:], velocity[:3])
 
     def _refresh(self) -> None:
         own, data, model = self._sim.data, self._data, self._sim.model
@@ -272,14 +272,14 @@ def collision_name(model: mujoco.MjModel, geom: int, boats: Collection[str]) -> 
     return f"{link}::{model.geom(geom).name.rpartition('/')[2] or 'collision'}"
 
 
-def pose_message(placed: Placed) -> Message:
-    """geometry_msgs/Pose."""
+def pose_message(placed: FrameState) -> Message:
+    """Message geometry_msgs/Pose of a frame."""
     position = kind("geometry_msgs/Point")(*placed.position.tolist())
     w, x, y, z = placed.quaternion.tolist()
     return kind("geometry_msgs/Pose")(position, kind("geometry_msgs/Quaternion")(x, y, z, w))
 
 
-def twist_message(placed: Placed) -> Message:
+def twist_message(placed: FrameState) -> Message:
     """geometry_msgs/Twist, in the world's axes as Gazebo's."""
     three = kind("geometry_msgs/Vector3")
     return kind("geometry_msgs/Twist")(three(*placed.velocity.tolist()), three(*placed.spin.tolist()))
@@ -325,7 +325,7 @@ class Scenery:
 
 
 CmdVel = Literal["thrust", "velocity", "off"]
-"""What `cmd_vel` commands: shares of full thrust as VRX's twist2thrust, a velocity that a loop keeps, or nothing."""
+"""Meaning of `cmd_vel`: shares of full thrust as VRX's twist2thrust, a velocity that a loop keeps, or nothing."""
 
 
 BoatOutputs = Callable[[str], Iterable[Output]]
@@ -352,7 +352,7 @@ class Host(Protocol):
 
     @property
     def observation(self) -> Observation:
-        """What boats see at the present moment, made once for it."""
+        """Observation of the boats at the present moment, made once for it."""
 
     @property
     def pace(self) -> float:
@@ -372,7 +372,7 @@ class Host(Protocol):
         """Command thrusters, as `Simulation.command`."""
 
     def push(self, boat: str, thruster: str, force: float) -> None:
-        """Have a thruster push with a force [N] until its next command, as VRX 3's do."""
+        """Command a thruster to push with a force [N] until its next command, as VRX 3's do."""
 
     def spawn(self, name: str, urdf: str, pose: Sequence[float]) -> None:
         """Put a boat of this URDF into the world, at (x, y, z, roll, pitch, yaw) [m, rad, ENU]."""
@@ -384,7 +384,7 @@ class Host(Protocol):
         """Take a boat, an object or a dock out of it."""
 
     def note_move(self) -> None:
-        """Something was put somewhere."""
+        """Take note that something was put somewhere."""
 
     def reset_world(self) -> None:
         """Put everything back where it started; time goes on."""

@@ -69,13 +69,13 @@ class SensorTopic:
     """A topic with messages made of readings."""
 
     tail: str
-    """What follows the stem of the sensor's topics."""
+    """Part of the topic's name after the stem of the sensor's topics."""
     type: str
     """Type of the messages."""
     make: Callable[[Reading], Message | None] | None = None
     """Makes a reading's message; None: its fields are those of the reading's data."""
     vrx3: tuple[str, ...] | None = None
-    """What follows VRX 3's stem in the names of its topics that carry the same; None: the tail."""
+    """Parts after VRX 3's stem in the names of its topics that carry the same; None: the tail."""
     applies: Callable[[Any], bool] = lambda _config: True
     """Whether a sensor with a configuration has this topic."""
 
@@ -185,7 +185,7 @@ def _pixels(reading: Reading, rows: npt.NDArray[np.generic], encoding: str) -> M
 
 
 def _detections(reading: Reading) -> Message | None:
-    """What a camera sees; the number in a detection's header is that of its pixels in the mask."""
+    """Things that a camera sees; the number in a detection's header is that of its pixels in the mask."""
     labels, found = reading.data.labels, []
     for one in labels.objects if labels else ():
         x, y, width, height = one.box
@@ -255,7 +255,7 @@ def _cloud_message(reading: Reading, rows: npt.NDArray[np.void]) -> Message:
 
 
 def _vrx3_lidar(_host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]:
-    """What gz sim makes of a lidar that measures points: a row for each ring, and a planar scan of one of them."""
+    """Outputs of gz sim for a lidar that measures points: a row for each ring, and a planar scan of one of them."""
     config, key = sensor.config, (sensor.boat, sensor.name)
 
     def points(reading: Reading) -> Message:

@@ -87,7 +87,7 @@ def _course(host: Host) -> tuple[_Place, ...]:
 
 
 def _ground(host: Host) -> _Row:
-    """What boats that come and go do not change; drawn up once for a simulation, which takes a tenth of a second."""
+    """Map without the boats, which come and go; drawn up once for a simulation, which takes a tenth of a second."""
     if host.scenery.ground is None:
         scene = map_of(host.sim.world)
         host.scenery.ground = {
@@ -244,7 +244,7 @@ def _animal_poses(host: Host) -> Iterator[Output]:
 
 
 def _landmark(host: Host) -> Iterator[Input]:
-    """What was recognized, and where: latitude and longitude [degrees] are x and y in VRX 3."""
+    """Topics for what a team recognized, and where: latitude and longitude [degrees] are x and y in VRX 3."""
     for type_name, axes, dialects in (
         ("geographic_msgs/GeoPoseStamped", ("latitude", "longitude"), VRX),
         ("geometry_msgs/PoseStamped", ("x", "y"), VRX3),
@@ -294,7 +294,7 @@ def _task_contacts(host: Host, stem: str) -> Iterator[Output]:
 
 
 def _gymkhana(host: Host) -> Iterator[Output]:
-    """Its two parts, each with a task of its own as in VRX; the black box's score is its mean error."""
+    """Topics of a gymkhana's two parts, each with a task as in VRX; the black box's score is its mean error."""
 
     def blackbox() -> Message:
         task = _task(host)

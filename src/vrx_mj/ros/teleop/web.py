@@ -65,7 +65,7 @@ class PageServer(http.server.ThreadingHTTPServer):
 
     @property
     def page(self) -> str:
-        """What to open in a browser."""
+        """URL of the page to open in a browser."""
         return f"http://{_LOOPBACK}:{self.server_address[1]}/"
 
     def process_request(self, request: Any, client_address: Any) -> None:
@@ -90,7 +90,7 @@ class PageServer(http.server.ThreadingHTTPServer):
 
 
 class _Answering(http.server.BaseHTTPRequestHandler):
-    """One connection."""
+    """One connection of a browser."""
 
     server: PageServer
     timeout = _SILENCE_TIMEOUT
@@ -105,7 +105,7 @@ class _Answering(http.server.BaseHTTPRequestHandler):
         self._answer(whole=False)
 
     def log_message(self, format: str, *args: object) -> None:  # noqa: A002 -- the name is the base class's
-        """Say nothing."""
+        """Drop the line that the server would print for a request."""
 
     def _answer(self, *, whole: bool) -> None:
         status, kind, body = self._response()

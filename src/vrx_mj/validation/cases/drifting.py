@@ -377,7 +377,7 @@ def current_tide() -> Outcome:
 
 
 def _ellipses(seen: FloatArray, shares: FloatArray, phase: FloatArray) -> Chart:
-    """What the arrow of the current draws at the surface, in the middle and at the bottom of the profile."""
+    """Chart of what the arrow of the current draws at the surface, in the middle and at the bottom of the profile."""
     series: list[Series] = []
     angle = phase + math.radians(_PHASE)
     ring = np.outer(_MAJOR * np.cos(angle), unit(_AXIS)) + np.outer(_MINOR * np.sin(angle), unit(_AXIS + 90.0))

@@ -148,7 +148,7 @@ class _SeaOnHull:
         return np.asarray(CubicSpline(known, values)(np.minimum(omega, known[-1]))).transpose(1, 0, 2)
 
     def force_at(self, speed: float) -> FloatArray:
-        """Its mean surge and sway force (m, 2) [N] as it goes with the waves at a speed [m/s]: Aranha (1994)."""
+        """Mean surge and sway force (m, 2) [N] on a hull that goes with the waves at a speed [m/s]: Aranha (1994)."""
         omega, a = self._waves
         tau = omega * speed / GRAVITY
         found: FloatArray = ((1.0 - 4.0 * tau) * a**2) @ self._by_angle(self._force, (1.0 - tau) * omega)

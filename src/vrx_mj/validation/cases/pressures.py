@@ -73,7 +73,7 @@ _SLOW, _FADES = 0.74, 0.05
 _FLUME_SAMPLE, _DURATION, _SETTLED = 0.02, 30.0, 12.0
 """Time between samples, length of a run, and from when on the mean force counts [s]."""
 _FORCES = {"sway": ("sway force", "N/m"), "heave": ("heave force", "N/m"), "roll": ("roll moment", "N m/m")}
-"""What waves do to the fixed section, by motion, and its unit."""
+"""Forces of waves on the fixed section by motion, with their units."""
 
 
 @case("physics/wave_box.py", "physics/panels.py", "physics/kinematics.py")

@@ -48,7 +48,7 @@ _WARNED = (
     "at 2.51 m/s, a Froude number of 0.4, steps of 0.01 s add 118 % a minute",
     "makes 7.5 m/s on a waterline of 4 m, a Froude number of 1.2",
 )
-"""What is said of the barge, in short waves that are there from the start, and at 7.5 m/s."""
+"""Warnings about the barge, in short waves that are there from the start, and at 7.5 m/s."""
 _ON_ITS_SIDE, _OVER = (0.0, 0.0, 0.5, 2.0, 0.4, 0.0), (0.0, 0.0, 1.0, 2.8, 0.3, 0.0)
 """Poses of the barge and of the WAM-V that fall in."""
 _TABLES = "oracle"

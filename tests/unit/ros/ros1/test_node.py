@@ -17,7 +17,7 @@ from vrx_mj.ros.network import Notices, shown_process, who_listens
 from vrx_mj.ros.ros1.connection import encode_header, with_length
 from vrx_mj.ros.ros1.node import Slave, Watch
 from vrx_mj.ros.ros1.registrar import PORTION, Registrar, _portions
-from vrx_mj.ros.ros1.tcpros import Provided, Publication, Stream, Subscription, call_service
+from vrx_mj.ros.ros1.tcpros import Publication, ServiceHost, Stream, Subscription, call_service
 
 
 @pytest.fixture
@@ -229,7 +229,7 @@ def test_a_caller_is_asked_for_its_next_call_when_it_has_taken_its_answer():
         assert (len(called), sent[1]) == (3, b"\0" + with_length(b"no"))
         calling.cancel()
 
-    provided, taking = Provided(Graph(network, Inbox()), "/s", service), asyncio.Event()
+    provided, taking = ServiceHost(Graph(network, Inbox()), "/s", service), asyncio.Event()
     asyncio.run(run())
 
 

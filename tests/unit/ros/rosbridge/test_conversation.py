@@ -20,7 +20,7 @@ from fingerprints import WRITING
 from rosbridge_client import Skipping
 from vrx_mj.ros import messages
 from vrx_mj.ros.graph import Graph
-from vrx_mj.ros.interface import Inbox, Output, RosInterface, Sent, Service
+from vrx_mj.ros.interface import Delivery, Inbox, Output, RosInterface, Service
 from vrx_mj.ros.limits import Place
 from vrx_mj.ros.rosbridge import server
 from vrx_mj.ros.rosbridge.codec import from_png, message_of, png
@@ -89,7 +89,7 @@ class Desk:
         self.graph.offer(RosInterface(known, self.table.inputs, self.table.services | services, self.table.parameters))
 
     def publish(self, name, message, time=1.5):
-        self.graph.send(Sent(self.graph.table.outputs[name], message, time))
+        self.graph.send(Delivery(self.graph.table.outputs[name], message, time))
 
     async def hear(self, number, said, seconds=0.1):
         """What follows from a message, or from a moment of time: replies to each client, lines and commands."""

@@ -20,7 +20,7 @@ from websockets.sync.client import connect
 from bridged import Bridged, image, imu
 from rosbridge_client import Skipping, Talk
 from vrx_mj.ros import messages
-from vrx_mj.ros.interface import Output, RosInterface, Sent
+from vrx_mj.ros.interface import Delivery, Output, RosInterface
 from vrx_mj.ros.limits import MOST_BYTES_OF_ALL, Counts, Intake, Place
 from vrx_mj.ros.rosbridge import codec
 from vrx_mj.ros.rosbridge.codec import Options, Parcel
@@ -303,7 +303,7 @@ def test_a_table_takes_the_place_of_the_one_before(bridged):
         assert bridged.wires.subscribed_topics == {IMU}
         added = Output("/wamv2/info", "std_msgs/String", lambda: None, latched=True)
         bridged.wires.offer(RosInterface({added.name: added}))
-        bridged.wires.publish([Sent(added, messages.new("std_msgs/String", data="new"), 3.0)])
+        bridged.wires.publish([Delivery(added, messages.new("std_msgs/String", data="new"), 3.0)])
         assert talk.hear()["msg"] == {"data": "new"}
         assert bridged.wires.subscribed_topics == {"/wamv2/info"}
         assert talk.call("/rosapi/services_for_type", ["std_srvs/Trigger"])["values"] == {"services": []}
@@ -315,9 +315,9 @@ def test_a_table_takes_the_place_of_the_one_before(bridged):
 def test_a_latched_message_of_a_new_table_is_kept_though_others_wait(bridged):
     before, added = bridged.table.outputs[INFO], Output("/new", "std_msgs/String", lambda: None, latched=True)
     bridged.network.soon(time.sleep, 0.1)  # so that all three wait for the loop
-    bridged.wires.publish([Sent(before, messages.new("std_msgs/String", data="old"), 1.0)])
+    bridged.wires.publish([Delivery(before, messages.new("std_msgs/String", data="old"), 1.0)])
     bridged.wires.offer(RosInterface({added.name: added}))
-    bridged.wires.publish([Sent(added, messages.new("std_msgs/String", data="new"), 1.0)])
+    bridged.wires.publish([Delivery(added, messages.new("std_msgs/String", data="new"), 1.0)])
     with Talk(bridged) as talk:
         talk.say("subscribe", topic="/new")
         assert talk.hear()["msg"] == {"data": "new"}

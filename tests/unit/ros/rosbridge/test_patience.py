@@ -84,7 +84,7 @@ def test_so_much_is_held_for_a_client_and_an_operation_more_is_refused(monkeypat
     connection = SimpleNamespace(remote_address=("10.0.0.7", 4000))
     client = server.Client(connection, SimpleNamespace(host="10.0.0.7"), hub)
     for number in range(4096):
-        client._topics[f"/{number}"] = server.Advertised("std_msgs/Int8", latch=False)
+        client._topics[f"/{number}"] = server.Advertisement("std_msgs/Int8", latch=False)
         if number == 4094:
             client._check_room({"op": "advertise"})
     with pytest.raises(server.CommandError) as caught:
@@ -96,7 +96,7 @@ def test_latched_messages_of_a_client_are_kept_up_to_so_many_characters():
     hub = server.Hub(Graph(SimpleNamespace(), Inbox()))
     client = server.Client(SimpleNamespace(remote_address=("h", 1)), SimpleNamespace(host="h"), hub)
     for name in ("/a", "/b"):
-        client._topics[name] = server.Advertised("std_msgs/String", latch=True)
+        client._topics[name] = server.Advertisement("std_msgs/String", latch=True)
     assert client._keep("/a", MOST_INCOMING - 5)
     assert not client._keep("/b", 6)
     assert client._keep("/b", 5)

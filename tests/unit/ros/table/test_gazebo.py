@@ -17,14 +17,14 @@ from vrx_mj.ros.interface import Service
 from vrx_mj.ros.messages import duration, new
 from vrx_mj.ros.table.boats import twist_commands
 from vrx_mj.ros.table.gazebo import gazebo_topics
-from vrx_mj.ros.table.host import Bodies, Placed
+from vrx_mj.ros.table.host import Bodies, FrameState
 
 NORTH = quaternion(0.0, 0.0, math.pi / 2)
 LEVEL = (1.0, 0.0, 0.0, 0.0)
 
 
 def placed(position=(0, 0, 0), turn=LEVEL, velocity=(0, 0, 0), spin=(0, 0, 0)):
-    return Placed(*(np.array(values, float) for values in (position, turn, velocity, spin)))
+    return FrameState(*(np.array(values, float) for values in (position, turn, velocity, spin)))
 
 
 class Host:

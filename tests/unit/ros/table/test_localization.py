@@ -10,7 +10,7 @@ from ros_scene import answer, call, run, served
 from vrx_mj.errors import CommandError
 from vrx_mj.frames import rotation_matrix
 from vrx_mj.ros import cdr
-from vrx_mj.ros.serve import Wanted
+from vrx_mj.ros.serve import ServeOptions
 
 STEM = "/wamv/robot_localization"
 FILTERED, GPS, FIX = f"{STEM}/odometry/filtered", f"{STEM}/odometry/gps", f"{STEM}/gps/filtered"
@@ -228,4 +228,4 @@ def test_time_that_begins_anew_is_no_time_that_goes_back(sydney):
 
 def test_the_boat_is_placed_once():
     with pytest.raises(CommandError, match="--truth and --localization both place the boats in /tf: give one of them"):
-        Wanted(ros1=True, truth=True, localization="truth")
+        ServeOptions(ros1=True, truth=True, localization="truth")
