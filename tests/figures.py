@@ -10,7 +10,7 @@ import io
 import re
 import tokenize
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 REPO = Path(__file__).resolve().parents[1]
@@ -23,8 +23,8 @@ OTHERS: Mapping[str, tuple[str, ...]] = {
 FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 LAYOUT = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
 """Tokens that make no code line."""
-LIMIT = re.compile(r"\b_?((?:MOST|LARGEST|LONGEST)_[A-Z_]+)")
-"""Names of constants that bound what comes from outside."""
+LIMIT = re.compile(r"_?(MAX|MOST|LARGEST|LONGEST|DEEPEST)(_[A-Z0-9_]+)?")
+"""Names of constants that bound what comes from outside, or what a computation or a controller does."""
 TREE_READ = re.compile(r"(?i)world\.(parameters(\[|\.get\()|tree\b)")
 
 
@@ -60,9 +60,10 @@ def _uncounted_lines(tree: ast.AST) -> Iterator[int]:
                 yield from range(part.lineno, (part.end_lineno or part.lineno) + 1)
 
 
-def limits(texts: Iterable[str]) -> set[str]:
-    """Names of the constants that bound what comes from outside."""
-    return {name for text in texts for name in LIMIT.findall(text)}
+def limits(tree: ast.AST) -> list[str]:
+    """Names of the constants of a module that bound something, each where it gets its value."""
+    names = (node for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store))
+    return [node.id for node in names if LIMIT.fullmatch(node.id)]
 
 
 def signatures(tree: ast.AST) -> tuple[int, int]:
@@ -138,7 +139,7 @@ def figures() -> dict[str, float]:
         },
         "modules": len(texts),
         "modules imported by exactly one other": sum(count == 1 for count in importers.values()),
-        "limit constants": len(limits(texts.values())),
+        "limit constants": sum(len(limits(tree)) for tree in trees.values()),
         "string-key reads of the world": sum(len(TREE_READ.findall(text)) for text in texts.values()),
         "signatures with Any, in a hundred": round(100.0 * loose / functions, 1),
         "import cycles": len(rings),

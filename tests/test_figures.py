@@ -60,9 +60,9 @@ def test_a_signature_with_any_somewhere_in_it_counts():
     assert signatures(ast.parse(SOURCE)) == (2, 1)
 
 
-def test_limits_count_once_by_name_wherever_they_are_used():
-    texts = ["MOST_ROWS = 3", "x = min(x, MOST_ROWS) if _LONGEST_NAME else LARGEST"]
-    assert limits(texts) == {"MOST_ROWS", "LONGEST_NAME"}
+def test_limits_count_where_they_get_their_values_by_all_their_names():
+    text = "from there import MOST_ROWS\n_MAX_DEPTH: int = 3\nMAX_X2, _SHOWN = 4, MOST_ROWS\nLARGEST = MOST_HZ = 6"
+    assert sorted(limits(ast.parse(text))) == ["LARGEST", "MAX_X2", "MOST_HZ", "_MAX_DEPTH"]
 
 
 def test_cycles_are_found_through_deferred_imports_too():

@@ -113,6 +113,23 @@ def as_number(given: object) -> float:
         return math.nan
 
 
+def as_ports(name: str, text: str, wanted: str, boat: str = "") -> dict[str, int]:
+    """Ports by boat from `BOAT:PORT,BOAT:PORT`; one without a boat is of `boat`, if that is given.
+
+    Raises:
+        CommandError: the text is not of that form, which is `wanted`, or gives a boat two ports.
+    """
+    pairs = [(own or boat, port) for own, _, port in (word.rpartition(":") for word in text.split(","))]
+    if not all(own and port.isdecimal() for own, port in pairs):
+        raise CommandError(f"invalid {name} '{text}': {wanted}")
+    found: dict[str, int] = {}
+    for own, port in pairs:
+        if own in found:
+            raise CommandError(f"invalid {name} '{text}': '{own}' occurs twice")
+        found[own] = int(port)
+    return found
+
+
 def as_flag(name: str, given: object) -> bool:
     """The value as a bool.
 

@@ -11,7 +11,7 @@ LONGEST_NAME = 80
 """Characters of a name in a message."""
 LONGEST_LINE = 1500
 """Characters of a line of a message."""
-_LONGEST = 60
+LONGEST_VALUE = 60
 """Characters of a value in a message."""
 _LONGEST_PATH = 300
 """Characters of a path or a key in a message, and of a name for which a near one is looked for."""
@@ -26,7 +26,7 @@ def first_lines(lines: Iterable[str], most: int) -> list[str]:
     return [*known[:most], *([f"and {len(known) - most} more"] if len(known) > most else [])]
 
 
-def first_names(names: Iterable[str], most: int) -> str:
+def first_names(names: Iterable[str], most: int = 3) -> str:
     """The first of some names in a line, and how many more there are: "a, b and 7 more"."""
     known = list(names)
     return ", ".join(known[:most]) + (f" and {len(known) - most} more" if len(known) > most else "")
@@ -120,9 +120,9 @@ def quote(value: object) -> str:
         text = repr(value)
     except Exception:  # anybody's `__repr__`; and Python writes no number of more than 4300 digits
         return f"a value of type {type(value).__name__}"
-    if len(text) > _LONGEST and text.startswith("<"):
+    if len(text) > LONGEST_VALUE and text.startswith("<"):
         return type(value).__name__
-    return shorten(" ".join(text.split()), _LONGEST)
+    return shorten(" ".join(text.split()), LONGEST_VALUE)
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:

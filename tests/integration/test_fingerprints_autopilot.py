@@ -177,6 +177,11 @@ def test_ports_are_counted_or_given(text, ports):
         assert ports_of(sim, text) == ports
 
 
+def test_a_boat_has_one_port():
+    with pytest.raises(CommandError, match=r"^invalid --ardupilot 'a:1,b:2,a:3': 'a' occurs twice$"):
+        ports_of(SimpleNamespace(boats=("a", "b")), "a:1,b:2,a:3")
+
+
 def test_packets_are_read_as_they_were():
     pulses = [tuple(range(1000 + 7 * size, 1000 + 8 * size)) for size in (16, 32)]
     whole = [packet(2**31 + number, each, rate=number) for number, each in itertools.product((0, 1, 400), pulses)]

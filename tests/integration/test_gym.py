@@ -7,6 +7,7 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 import vrx_mj.rl
+from integration.variety import variety
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.model.tables import WAVE
 from vrx_mj.rl import Env, VectorEnv
@@ -54,7 +55,7 @@ def test_gymnasium_s_checker_has_nothing_to_say(problem, recwarn):
 
 def test_a_row_is_an_environment_alone(problem):
     """Against Gymnasium's own vectorisation of single ones, over the ends of episodes."""
-    options = {"duration": 0.5, **VARIED}
+    options = {"duration": 0.5, **variety(problem, VARIED)}
     ours = VectorEnv(problem, ROWS, **options)
     theirs = SyncVectorEnv([lambda: Env(problem, **options)] * ROWS)
     same(sailed(ours, seed=3), sailed(theirs, seed=3))

@@ -11,6 +11,7 @@ from gymnasium.wrappers import RenderCollection
 
 import vrx_mj.rl  # noqa: F401
 from integration.returned import plain
+from integration.variety import variety
 from vrx_mj.rl import VectorEnv
 from vrx_mj.rl.options import PERIOD
 from vrx_mj.rl.problems import PROBLEMS
@@ -20,6 +21,14 @@ ROWS = 4
 DIVERGES, LATE = 2, 1
 """A row that diverges, and one whose episodes begin later than those of the others."""
 VARIED = {"wind_speed": (0, 6), "gusts": 1, "waves": (0.2, 1), "thrust": (0.8, 1.1), "mass": (0.9, 1.1)}
+
+
+def problem_of(name):
+    return name.removeprefix("vrx_mj/").removesuffix("-v0")
+
+
+def varied(name):
+    return variety(problem_of(name), VARIED)
 
 
 def pair(name, mode, **options):
@@ -69,7 +78,7 @@ def bootstraps(returned):
 )
 def test_rows_return_what_gymnasium_s_own_vectorisation_returns(name, mode):
     """Observations, rewards, ends, and every key of `info` with its mask, type and nesting, over ends of all kinds."""
-    ours, theirs = pair(name, mode, max_episode_steps=5, **VARIED)
+    ours, theirs = pair(name, mode, max_episode_steps=5, **varied(name))
     for space in ("observation_space", "action_space", "single_observation_space", "single_action_space"):
         assert getattr(ours, space) == getattr(theirs, space)
     (found, seen), (expected, wanted) = played(ours), played(theirs)
@@ -89,7 +98,7 @@ def test_rows_return_what_gymnasium_s_own_vectorisation_returns(name, mode):
 @pytest.mark.parametrize("name", IDS)
 def test_what_is_pickled_continues(name, make):
     """Over the end of an episode, of rows that were drawn apart."""
-    env = make(name, max_episode_steps=5, **VARIED)
+    env = make(name, max_episode_steps=5, **varied(name))
     random = np.random.default_rng(5)
     actions = random.uniform(-1, 1, (7, *env.action_space.shape)).astype(np.float32)
     env.reset(seed=3)
@@ -191,7 +200,7 @@ def lengths(name, most, **options):
 
 @pytest.mark.parametrize("name", IDS)
 def test_the_registered_number_of_steps_is_the_duration_of_the_problem(name):
-    kind = PROBLEMS[name.removeprefix("vrx_mj/").removesuffix("-v0")]
+    kind = PROBLEMS[problem_of(name)]
     registered = gymnasium.spec(name).max_episode_steps
     assert registered * PERIOD == pytest.approx(kind.duration)
     for env in (gymnasium.make(name), gymnasium.make_vec(name, num_envs=1)):

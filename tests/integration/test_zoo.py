@@ -9,6 +9,7 @@ from pettingzoo.test import parallel_api_test, parallel_seed_test, render_test
 from pettingzoo.utils.conversions import parallel_to_aec
 
 from exploits import let_pass
+from integration.variety import variety
 from vrx_mj.rl import ParallelEnv, TeamVectorEnv
 from vrx_mj.rl.problems import PROBLEMS, TEAMS
 
@@ -78,7 +79,7 @@ def test_a_fleet_of_unlike_boats_passes_too():
 
 def test_a_row_is_an_environment_alone(problem):
     """Over the ends of episodes, with boats that come and go."""
-    more = {"duration": 1.5, **VARIED, **options(problem)}
+    more = {"duration": 1.5, **variety(problem, VARIED), **options(problem)}
     many = TeamVectorEnv(problem, ROWS, threads=2, **more)
     alone = [ParallelEnv(problem, **more) for _ in range(ROWS)]
     seen, info = many.reset(seed=3)

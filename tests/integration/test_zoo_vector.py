@@ -8,6 +8,7 @@ from pettingzoo.test import render_test
 from pettingzoo.utils.conversions import parallel_to_aec
 
 from integration.returned import plain
+from integration.variety import variety
 from vrx_mj.rl import ParallelEnv, TeamVectorEnv
 from vrx_mj.rl.problems import PROBLEMS, TEAMS
 
@@ -20,7 +21,7 @@ def made(kind, problem, **more):
     if problem == "Score":
         own = {"world": "stationkeeping_task"}
     else:
-        own = VARIED | ({} if PROBLEMS[problem].fixed else {"joining": 0.7, "leaving": 0.7})
+        own = variety(problem, VARIED) | ({} if PROBLEMS[problem].fixed else {"joining": 0.7, "leaving": 0.7})
     return kind(problem, duration=0.6, **own, **more)
 
 

@@ -80,7 +80,7 @@ class RayCluster:
         """Connect to the cluster.
 
         Raises:
-            VrxError: Ray is not installed, or the cluster does not exist.
+            VrxError: Ray is not installed, the cluster does not exist, or the folder cannot be written to.
         """
         try:
             import ray
@@ -99,7 +99,11 @@ class RayCluster:
         except (ConnectionError, RuntimeError, ValueError, OSError) as error:
             token = "" if "RAY_AUTH_MODE" in os.environ else "; for one with a token set RAY_AUTH_MODE=token"
             raise VrxError(f"cannot use a Ray cluster: {error}{token}") from error
-        write_files(self._root, {_CAMPAIGN_FILE: self._ticket}, WHAT)
+        try:
+            write_files(self._root, {_CAMPAIGN_FILE: self._ticket}, WHAT)
+        except VrxError:
+            ray.shutdown()
+            raise
         self._node = ray.get_runtime_context().get_node_id()
         self._actor = ray.remote(num_cpus=1, scheduling_strategy="SPREAD")(_NodeWorker)
         return self._jobs or max(1, int(ray.cluster_resources().get("CPU", 1)))

@@ -41,8 +41,6 @@ _OUTPUT_FILES = (
     "index.html",
 )
 """Names that a campaign writes in its folder."""
-_MAX_NAMES = 3
-"""How many names a message lists."""
 _PLAN = TypeAdapter(Plan)
 _DATA_FOLDERS = ("assets", "templates", "fleets")
 """Folders of vrx_mj's data."""
@@ -148,7 +146,7 @@ def _differences(old: Manifest, new: Manifest) -> Iterator[str]:
     for kind in ("controllers", "worlds", "seeds"):
         gone = [str(item) for item in getattr(old.plan, kind) if item not in getattr(new.plan, kind)]
         if gone:
-            yield f"it also has the {kind} {first_names(gone, _MAX_NAMES)}"
+            yield f"it also has the {kind} {first_names(gone)}"
     for option in ("fleet", "duration", "record", "vary"):
         was, now = getattr(old.plan, option), getattr(new.plan, option)
         if was != now:

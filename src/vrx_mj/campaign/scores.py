@@ -19,8 +19,6 @@ from vrx_mj.campaign.vary import Quantity
 from vrx_mj.errors import first_names
 
 _SIGNIFICANCE_LEVEL = 0.05
-_MAX_NAMES = 3
-"""How many names a note lists."""
 _RESAMPLES = 1000
 """Resamples of a bootstrap; so many scores show the normal distribution."""
 _WORTH_SEEING = 5
@@ -213,7 +211,7 @@ def _changed_worlds(pairs: Sequence[tuple[Result, Result]]) -> Iterator[str]:
     known = [(after.cell.world, {before.world_sha256, after.world_sha256} - {""}) for before, after in pairs]
     changed = dict.fromkeys(world for world, hashes in known if len(hashes) > 1)  # a failed trial may have none
     if changed:
-        yield f"worlds whose files have changed: {first_names(changed, _MAX_NAMES)}"
+        yield f"worlds whose files have changed: {first_names(changed)}"
 
 
 def _notes(now: Campaign, earlier: Campaign, names: Mapping[str, str]) -> Iterator[str]:

@@ -75,15 +75,21 @@ def check_vary(quantities: Iterable[Quantity], worlds: Iterable[str], fleet: str
     """The quantities with their units, once every world has them and takes both ends of their ranges.
 
     Raises:
-        VrxError: a world has no number of a name, a value is out of its range, or a boat does not float with it.
+        VrxError: a world has no number of a name, two quantities mean one number, a value is out of its range, or a
+            boat does not float with it.
     """
     found = {quantity.name: quantity for quantity in quantities}
     for world in worlds if found else ():
         with ignore_warnings():  # in the logs of the trials
             base = compile_world(world, fleet=fleet)
+            drawn: dict[str, str] = {}
             for quantity in found.values():
-                names = numbers_by_name(base, {quantity.name: quantity.low})
-                found[quantity.name] = replace(quantity, unit=base.numbers[next(iter(names))].unit)
+                names = _names(base, quantity.name)
+                for name in names:
+                    if name in drawn:
+                        raise CommandError(f"--vary {drawn[name]} and --vary {quantity.name} both draw {name}")
+                    drawn[name] = quantity.name
+                found[quantity.name] = replace(quantity, unit=base.numbers[names[0]].unit)
                 for end in (quantity.low, quantity.high):
                     _check_end(quantity, end, base, partial(compile_world, world, fleet=fleet))
     return tuple(found.values())

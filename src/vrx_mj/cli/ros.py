@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from typer import Argument, Option, Typer, echo
 
+from vrx_mj.arguments import as_ports
 from vrx_mj.bar import Bar
 from vrx_mj.cli import missing_modules
 from vrx_mj.cli.options import (
@@ -339,11 +340,12 @@ def parse_lockstep(text: str) -> tuple[str, ...]:
 
 
 def parse_nmea(text: str, boats: Sequence[str]) -> dict[str, int]:
-    """Ports by boat from `PORT`, of the first boat, or `BOAT:PORT,BOAT:PORT`. CommandError: it is neither."""
-    pairs = [word.rpartition(":") for word in text.split(",")]
-    if not boats or not all(port.isdecimal() for _, _, port in pairs):
-        raise CommandError(f"invalid --nmea '{text}': [BOAT:]PORT,... of boats is needed, as in wamv:10110")
-    return {boat or boats[0]: int(port) for boat, _, port in pairs}
+    """Ports by boat from `PORT`, of the first boat, or `BOAT:PORT,BOAT:PORT`.
+
+    Raises:
+        CommandError: the text is neither, or gives a boat two ports.
+    """
+    return as_ports("--nmea", text, "[BOAT:]PORT,... of boats is needed, as in wamv:10110", next(iter(boats), ""))
 
 
 def check_installed(*extras: str) -> None:

@@ -17,7 +17,7 @@ from vrx_mj.config.kinds import wrong_kind
 from vrx_mj.config.loading import Loading, read_file, validate
 from vrx_mj.config.search import ReadingError, display, read_limited
 from vrx_mj.config.tree import choice, literal
-from vrx_mj.config.values import NonNegative, Number, Pose, Positive
+from vrx_mj.config.values import MAX_NUMBER, NonNegative, Number, Pose, Positive
 from vrx_mj.errors import ConfigError, VrxError, shorten
 from vrx_mj.model.kinds import Seed
 
@@ -29,8 +29,8 @@ SIGNALS: dict[str, str] = {
 """Signals of a boat, and their units."""
 MOST_BYTES, MOST_ROWS = 20_000_000, 200_000
 """Bytes and rows of a file of measurements, at most."""
-_MAX_NUMBER, _MAX_TIME = 1e9, 36_000.0
-"""Largest magnitude of the numbers, and latest time [s]."""
+_MAX_TIME = 36_000.0
+"""Latest time [s]."""
 
 
 class CommandsConfig(Config):
@@ -155,6 +155,6 @@ def _value(place: str, column: str, word: str) -> float:
     if not word.strip() and column != "time":
         return math.nan
     with contextlib.suppress(ValueError):
-        if abs(value := float(word)) < _MAX_NUMBER:
+        if abs(value := float(word)) < MAX_NUMBER:
             return value
     raise VrxError(f"{place}: {column} needs a number, got {literal(word.strip())}")

@@ -78,11 +78,21 @@ class Visual(Shape):
     """Colour of the shape."""
 
 
-class BuoyancyElement(Shape):
-    """A shape that displaces water."""
+class BuoyancyElement(Config):
+    """A shape that displaces water, centred on its pose. Cylinders are aligned with their z axis."""
 
+    name: Name | None = None
+    """Name of the shape, for references to it."""
     type: Literal["box", "sphere", "cylinder"]
     """Kind of shape."""
+    size: Annotated[Size | None, Only("type", ("box",), required=True)] = None
+    """Full edge lengths of a box [m]."""
+    radius: Annotated[Positive | None, Only("type", ("sphere", "cylinder"), required=True)] = None
+    """Radius [m]."""
+    length: Annotated[Positive | None, Only("type", ("cylinder",), required=True)] = None
+    """Length along z [m]."""
+    pose: Pose = IDENTITY
+    """Pose in the link's frame [m, rad]."""
 
     @property
     def volume(self) -> float:

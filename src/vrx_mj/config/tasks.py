@@ -19,6 +19,7 @@ from vrx_mj.config.values import (
     Vec3,
     demand,
 )
+from vrx_mj.model.kinds import Latitude
 
 Gate = Annotated[
     tuple[str, ...],
@@ -116,8 +117,9 @@ class TaskConfig(Config):
 
     @property
     def geodetic(self) -> tuple[str, ...]:
-        """Keys that were given in latitude and longitude."""
-        return tuple(key for key in ("goal", "waypoints") if getattr(self, key, None))
+        """Keys that were given in latitude and longitude, by their types."""
+        fields = type(self).model_fields.items()
+        return tuple(key for key, field in fields if getattr(self, key) and _is_geodetic(field.annotation))
 
 
 class GoalConfig(Config):
@@ -264,6 +266,11 @@ class AcousticTrackingTask(TaskConfig):
     """z of the beacon that receivers detect [m]; in VRX it is above the water."""
     obstacle_penalty: NonNegative = 1.0
     """Penalty for a collision [m]."""
+
+
+def _is_geodetic(hint: object) -> bool:
+    """Whether values of a type hold a latitude."""
+    return hint is Latitude or any(map(_is_geodetic, get_args(hint)))
 
 
 _AnyTask = (

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from pydantic_core import PydanticCustomError
 
-from vrx_mj.errors import ConfigError, Problem, first_names, nearest, shorten
+from vrx_mj.errors import LONGEST_VALUE, ConfigError, Problem, first_names, nearest, shorten
 from vrx_mj.errors import quote as in_python
 
 _TABLES = json.loads((Path(__file__).parent / "wording.json").read_bytes())
@@ -18,8 +18,6 @@ PYDANTIC: Mapping[str, str] = _TABLES["pydantic"]
 """Messages of pydantic's errors by type; `got` is the value, other names in braces are of the error's context."""
 PYYAML: Mapping[str, str] = _TABLES["pyyaml"]
 """Messages of PyYAML's errors, by how they begin in its words."""
-_MAX_SHOWN = 60
-"""Largest number of characters of a value that a message quotes."""
 ALLOWED = "a letter, then letters, digits and '_'"
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 _SHOWN = 8
@@ -52,9 +50,9 @@ def literal(value: object) -> str:
     if isinstance(value, str):
         return f"'{_short(value)}'"
     if isinstance(value, list | tuple):
-        return _short(f"[{', '.join(map(literal, value[:_MAX_SHOWN]))}]")
-    huge = isinstance(value, int) and abs(value) >= 10**_MAX_SHOWN
-    return f"a number of more than {_MAX_SHOWN} digits" if huge else in_python(value).removesuffix(".0")
+        return _short(f"[{', '.join(map(literal, value[:LONGEST_VALUE]))}]")
+    huge = isinstance(value, int) and abs(value) >= 10**LONGEST_VALUE
+    return f"a number of more than {LONGEST_VALUE} digits" if huge else in_python(value).removesuffix(".0")
 
 
 def choice(value: object, allowed: Sequence[str]) -> str:
@@ -80,7 +78,7 @@ def unknown_key(key: str, known: Iterable[str]) -> str:
 
 
 def _short(text: str) -> str:
-    return shorten(text, _MAX_SHOWN)
+    return shorten(text, LONGEST_VALUE)
 
 
 def is_ros_name(name: str) -> bool:

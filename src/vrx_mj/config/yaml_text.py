@@ -42,8 +42,8 @@ _CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\uff
 _QUOTE_OR_COMMENT = re.compile(r"""(?:(?<=[\s\[{,:(])|^)["']|(?:(?<=\s)|^)#""")
 _DESCRIPTION = re.compile(r"""^(\s*(?:- +)*)(["']?)description\2\s*:(?=\s|$)""")
 _DESCRIPTION_INSIDE = re.compile(r"""(?<=[{,])\s*description\s*:\s*("[^"]*"|'[^']*'|[^,}]*)""")
-_MAX_BYTES = 4_000_000
-"""Longest file that is read."""
+MAX_BYTES = 4_000_000
+"""Longest file that is read [bytes]."""
 _MAX_LINES = 200_000
 """Most lines of a file."""
 _MAX_ODD = 1000
@@ -127,7 +127,7 @@ def read_lines(path: Path) -> tuple[str, ...]:
     """Lines of a UTF-8 file, without BOM and line ends, checked for control characters."""
     name = display(path)
     try:
-        data = read_limited(path, _MAX_BYTES)
+        data = read_limited(path, MAX_BYTES)
     except ReadingError as error:
         raise ConfigError.of(name, str(error)) from None
     try:

@@ -20,7 +20,7 @@ from vrx_mj.frames import Vector, apply, compose, rotation
 from vrx_mj.mjcf.boats import Boat, Part, boat_mass
 from vrx_mj.model.boats import Vessel
 
-_MOST_LIFT = 1000.0
+MOST_LIFT = 1000.0
 """Lift of the whole hull over the boat's weight: a light inflatable one has 20."""
 _ODD_ANGLE = math.radians(5.0)
 """Heel or trim at rest above which a boat's masses are probably wrong [rad]."""
@@ -110,7 +110,7 @@ def lift_fault(volume: float, density: float, mass: float, more: str, scale: str
         return "sinks: its hull has no volume; a closed mesh that is not flat is needed"
     if volume * density <= mass:
         return f"sinks: {carries}; check the mesh's unit (m){more}"
-    if volume * density > _MOST_LIFT * mass:
+    if volume * density > MOST_LIFT * mass:
         return f"hardly touches the water: {carries}; check the mesh's unit (m; {scale} takes one in mm)"
     return ""
 

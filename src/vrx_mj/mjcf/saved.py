@@ -20,24 +20,18 @@ from vrx_mj.config.docks import LIGHT_COLORS, OFF, SHAPES, SYMBOLS
 from vrx_mj.config.loading import fault_text
 from vrx_mj.config.tree import literal
 from vrx_mj.constants import LONGEST_STEP, SHORTEST_STEP
-from vrx_mj.errors import StateError
+from vrx_mj.errors import LONGEST_VALUE, StateError
 from vrx_mj.formats.urdf.reader import is_binary_stl
 from vrx_mj.mjcf.pieces import PREFIX, Part, Piece, Pieces, owner_of
-from vrx_mj.model.kinds import Pose, record, record_from
+from vrx_mj.model.kinds import MAX_NAME, MAX_NUMBER, Pose, record, record_from
 from vrx_mj.model.world import FORMAT, FORMER, Parameters, broken_references, format_of, parameters_of, tree_of
 
 _MOST_CHARACTERS = 100_000_000
 """Longest text that is read [characters]."""
 _MAX_DEPTH = 500
 """Largest number of elements inside each other."""
-_MAX_NAME = 500
-"""Longest name [characters]."""
-_MAX_NUMBER = 1e12
-"""Largest magnitude of a number."""
 _MOST_PIXELS = 8192
 """Largest edge of a picture."""
-_SHOWN = 60
-"""Characters of a text that a message quotes."""
 
 _TOKEN = re.compile(r'\s+|<!--[^<>]*-->|</[a-z]+>|<[a-z]+(?:\s+[a-z][a-z0-9_]*="[^"<>]*")*\s*/?>')
 """A token of the XML that we write: white space, a comment or a tag."""
@@ -106,7 +100,7 @@ _TOUCH = "touch"
 
 
 def _numbers(value: str) -> bool:
-    return all(_NUMBER.fullmatch(part) and abs(float(part)) <= _MAX_NUMBER for part in value.split())
+    return all(_NUMBER.fullmatch(part) and abs(float(part)) <= MAX_NUMBER for part in value.split())
 
 
 def _pixels(value: str) -> bool:
@@ -118,7 +112,7 @@ def _at_most(length: int) -> _Check:
 
 
 _CHECKS: Mapping[str, _Check] = {
-    **dict.fromkeys(("name", "mesh", "material", "body1", "body2", "subtree2"), _at_most(_MAX_NAME)),
+    **dict.fromkeys(("name", "mesh", "material", "body1", "body2", "subtree2"), _at_most(MAX_NAME)),
     **dict.fromkeys(("mujoco.model", "text.data"), _at_most(100_000)),
     **dict.fromkeys(("width", "height", "offwidth", "offheight", "shadowsize", "resolution"), _pixels),
     **dict.fromkeys(("group", "contype", "conaffinity", "priority"), _pixels),
@@ -196,19 +190,19 @@ def _check_tokens(mjcf: str) -> None:
         end = found.end()
     if end < len(mjcf):
         line = mjcf.count("\n", 0, end) + 1
-        raise ValueError(f"line {line}: a tag is needed, got '{mjcf[end : end + _SHOWN].splitlines()[0]}'")
+        raise ValueError(f"line {line}: a tag is needed, got '{mjcf[end : end + LONGEST_VALUE].splitlines()[0]}'")
 
 
 def _check_element(element: ET.Element) -> None:
     known = ATTRIBUTES.get(element.tag)
     if known is None:
-        raise ValueError(f"invalid element <{element.tag[:_SHOWN]}>: not part of a world")
+        raise ValueError(f"invalid element <{element.tag[:LONGEST_VALUE]}>: not part of a world")
     for key, value in element.attrib.items():
         if key not in known:
-            raise ValueError(f"invalid attribute {key[:_SHOWN]} of <{element.tag}>: not part of a world")
+            raise ValueError(f"invalid attribute {key[:LONGEST_VALUE]} of <{element.tag}>: not part of a world")
         check = _CHECKS.get(f"{element.tag}.{key}") or _CHECKS.get(key, _numbers)
         if not check(value):
-            shown = value if len(value) <= _SHOWN else value[:_SHOWN] + "..."
+            shown = value if len(value) <= LONGEST_VALUE else value[:LONGEST_VALUE] + "..."
             raise ValueError(f"invalid {key} '{shown}' of <{element.tag}>")
 
 
@@ -219,7 +213,7 @@ _PieceFile = Annotated[str, StringConstraints(pattern=r"^piece_[0-9a-f]{16}\.xml
 class _SavedPart:
     """A piece and its place in a world."""
 
-    name: Annotated[str, StringConstraints(min_length=1, max_length=_MAX_NAME)]
+    name: Annotated[str, StringConstraints(min_length=1, max_length=MAX_NAME)]
     """Name of the part."""
     piece: _PieceFile
     """Name of the piece's file."""

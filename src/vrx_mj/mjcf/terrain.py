@@ -19,6 +19,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.config.search import ReadingError, find_terrain, read_limited
 from vrx_mj.config.shapes import normals_of
 from vrx_mj.config.values import MAX_COORDINATE
+from vrx_mj.config.yaml_text import MAX_BYTES
 from vrx_mj.errors import ConfigError, shorten
 from vrx_mj.mjcf.pieces import Piece
 from vrx_mj.model.things import Ring
@@ -33,8 +34,6 @@ _Rings = list[FloatArray]
 """A polygon of land: its exterior and its holes, rings of points (n, 2) [m]."""
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 """One triangle of a binary STL file."""
-_MAX_BYTES = 4_000_000
-"""Largest file that is read [bytes]."""
 _MAX_POINTS = 5000
 """Largest number of points of a shoreline: each edge is compared with every other."""
 _SHORTEST_EDGE = 1e-6
@@ -293,7 +292,7 @@ def _read_polygons(path: Path) -> list[_Rings]:
     import shapely
 
     try:
-        land = json.loads(read_limited(path, _MAX_BYTES).decode("utf-8-sig"))["land"]
+        land = json.loads(read_limited(path, MAX_BYTES).decode("utf-8-sig"))["land"]
         polygons = [[_ring(ring) for ring in (item["exterior"], *item.get("holes", []))] for item in land]
     except ReadingError as error:
         raise ConfigError.of(str(path), str(error)) from None

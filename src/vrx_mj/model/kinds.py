@@ -17,10 +17,10 @@ TIED = object()
 """Mark of what is no parameter by itself: other numbers of the world, or its MJCF, belong to it."""
 HEADING = object()
 """Mark of a unit vector along x and y, whose parameter is its direction [rad], counter-clockwise from x."""
-_MAX_NUMBER = 1e12
+MAX_NUMBER = 1e12
 """Largest magnitude of a number [SI]: far beyond any boat, far from where sums overflow."""
 _MOST_ROWS = 10_000_000
-_MAX_NAME = 500
+MAX_NAME = 500
 """Longest name [characters]."""
 LONGEST_DESCRIPTION = 4_000_000
 """Most characters of a boat's URDF."""
@@ -94,10 +94,10 @@ def _dot(one: Vector, other: Vector) -> float:
     return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
 
 
-Real = Annotated[float, Field(ge=-_MAX_NUMBER, le=_MAX_NUMBER)]
-Positive = Annotated[float, Field(gt=0.0, le=_MAX_NUMBER)]
-NonNegative = Annotated[float, Field(ge=0.0, le=_MAX_NUMBER)]
-NonPositive = Annotated[float, Field(ge=-_MAX_NUMBER, le=0.0)]
+Real = Annotated[float, Field(ge=-MAX_NUMBER, le=MAX_NUMBER)]
+Positive = Annotated[float, Field(gt=0.0, le=MAX_NUMBER)]
+NonNegative = Annotated[float, Field(ge=0.0, le=MAX_NUMBER)]
+NonPositive = Annotated[float, Field(ge=-MAX_NUMBER, le=0.0)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Angle = Annotated[float, Field(ge=-1e6, le=1e6)]
 Degrees = Annotated[float, Field(ge=-1e6, le=1e6)]
@@ -126,7 +126,7 @@ Index = Annotated[int, Field(ge=-1, le=_MOST_ROWS)]
 Flag = Annotated[int, Field(ge=0, le=1)]
 ProfileCode = Annotated[int, Field(ge=0, le=2)]
 """`physics.tables.VRX`, `VRX3` or `MARINE`."""
-Text = Annotated[str, StringConstraints(max_length=_MAX_NAME)]
+Text = Annotated[str, StringConstraints(max_length=MAX_NAME)]
 Description = Annotated[str, StringConstraints(max_length=LONGEST_DESCRIPTION)]
 """A URDF's text."""
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}$")]

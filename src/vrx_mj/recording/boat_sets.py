@@ -18,8 +18,9 @@ from vrx_mj.config.loading import fault_text
 from vrx_mj.errors import RecordError, StateError
 from vrx_mj.mjcf.world import World, world_of
 from vrx_mj.recording.packing import shape_of, unpack_rows
-from vrx_mj.recording.parts import MAX_TIME, ROWS, Part, unpack_files, validator
+from vrx_mj.recording.parts import ROWS, Part, unpack_files, validator
 from vrx_mj.recording.record_scene import FORMAT, MovingBody, RecordedSensor, RowLayout
+from vrx_mj.runtime.state import MAX_TIME
 
 MAX_NUMBER = 1e9
 """Largest number of a row of a valid state; one beyond has diverged."""

@@ -34,15 +34,13 @@ from vrx_mj.errors import RecordError
 from vrx_mj.foreign import ReaderError, ask
 from vrx_mj.foreign.plain import LENGTH, pack, unpack, validate
 from vrx_mj.outputs import begins, writing
+from vrx_mj.runtime.state import MAX_TIME
 
 APPLICATION = "vrx_mj"
 """Application that rerun's files name."""
 RUN, ROWS, STATES, EVENTS = "/record/run", "/record/rows", "/record/states", "/events"
 FRAMES, COMPANIES = "/record/frames", "/record/companies"
 """Entities that are read, besides those of sensors."""
-
-MAX_TIME = 1e9
-"""Latest time in a recording [s]."""
 
 Cell = str | bytes | npt.NDArray[Any] | None
 """A text, bytes, or numbers; None where there is nothing."""

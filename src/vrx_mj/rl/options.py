@@ -14,8 +14,9 @@ from vrx_mj.arrays import BoolArray, IntArray
 from vrx_mj.errors import quote
 from vrx_mj.rl.neighbours import NeighbourView
 from vrx_mj.rl.problem import Facts, RefereedRow, Rows
-from vrx_mj.runtime.batch import Batch
-from vrx_mj.runtime.rows import fixed_arguments
+from vrx_mj.runtime.batch import MAX_ROWS, Batch
+from vrx_mj.runtime.rows import MAX_VALUE, fixed_arguments
+from vrx_mj.runtime.timing import MAX_DURATION
 
 Device = Literal["cpu", "cuda"]
 """Where rows and their arrays are."""
@@ -23,20 +24,14 @@ PERIOD = 0.1
 """Duration of an action [s]: 10 physics steps."""
 _ROUNDING = 1e-6
 """An action so near to a bound is the bound: wrappers compute actions, and round them."""
-_MAX_DURATION = 1e9
-"""Longest duration of an episode [s]."""
 _ENDLESS = 1 << 60
 """Steps of an episode that is not truncated."""
-_MAX_ROWS = 1_000_000
-"""Largest number of rows."""
 _MAX_SIDE = 8192
 """Largest width and height of a picture [pixels]."""
 _MOST_NEIGHBOURS = 10_000
 """Greatest number of neighbours that are observed."""
 _LONGEST_DELAY = 3600.0
 """Longest delay of what boats observe of each other [s]."""
-_MAX_VALUE = 1e6
-"""Largest magnitude of anything that is varied, in its unit."""
 _PERIOD_FACTORS = (0.8, 1.4)
 """Default range of the factor of the waves' periods: from 4 to 7 s where the world has 5."""
 _BAND_FACTORS = (0.5, 1.2)
@@ -47,7 +42,7 @@ _FULL_TURN = (-np.pi, np.pi)
 """Any direction or phase [rad]."""
 _PHASE, _PHASES = "wave_phase", "wave_phases"
 """An option, and the argument of `Batch.vary` with its values."""
-_MIN_VALUES = {"wave_direction": -_MAX_VALUE, "wave_phase": -_MAX_VALUE, "mass": 1e-3, "wave_period": 1e-3}
+_MIN_VALUES = {"wave_direction": -MAX_VALUE, "wave_phase": -MAX_VALUE, "mass": 1e-3, "wave_period": 1e-3}
 """Least values of what is varied where they are not 0."""
 
 
@@ -57,11 +52,11 @@ class ActionError(gymnasium.error.InvalidAction, AssertionError):
 
 def episode_steps(duration: object) -> int:
     """Steps of an episode; gymnasium.error.Error: its duration [s] is invalid."""
-    if is_number(duration) and PERIOD <= duration <= _MAX_DURATION:
+    if is_number(duration) and PERIOD <= duration <= MAX_DURATION:
         steps = round(float(duration) / PERIOD)
         if math.isclose(steps * PERIOD, float(duration)):
             return steps
-    text = f"a multiple of {PERIOD:g} s, up to {_MAX_DURATION:g} s, is needed"
+    text = f"a multiple of {PERIOD:g} s, up to {MAX_DURATION:g} s, is needed"
     raise gymnasium.error.Error(f"invalid duration {quote(duration)}: {text}")
 
 
@@ -89,7 +84,7 @@ def step_limit(duration: object, most: object, default: float) -> int:
     return steps
 
 
-def as_count(name: str, value: object, least: int = 1, most: int = _MAX_ROWS) -> int:
+def as_count(name: str, value: object, least: int = 1, most: int = MAX_ROWS) -> int:
     """The option of that name as a number; gymnasium.error.Error: not a whole number from `least` to `most`."""
     if not _is_whole(value) or value < least:
         text = "above 0" if least else "of 0 or more"
@@ -317,8 +312,8 @@ def _range(name: str, value: object) -> tuple[float, float]:
         value = value.tolist()
     pair = tuple(value) if isinstance(value, Sequence) else (value, value)
     least = _MIN_VALUES.get(name, 0.0)
-    if len(pair) != 2 or not all(map(is_number, pair)) or not least <= pair[0] <= pair[1] <= _MAX_VALUE:
-        number = f"a number from {least:g} to {_MAX_VALUE:g}"
+    if len(pair) != 2 or not all(map(is_number, pair)) or not least <= pair[0] <= pair[1] <= MAX_VALUE:
+        number = f"a number from {least:g} to {MAX_VALUE:g}"
         raise gymnasium.error.Error(f"invalid {name} {quote(value)}: {number}, or a pair (low, high), is needed")
     return float(pair[0]), float(pair[1])
 

@@ -10,8 +10,6 @@ import numpy as np
 from vrx_mj.constants import ANGLE_SUFFIX
 from vrx_mj.errors import CommandError
 
-_DEEPEST_VALUE = 32
-"""Largest depth of lists and structures in a value."""
 _INTEGERS = range(-(2**31), 2**31)
 """Integers of XML-RPC."""
 MAX_NAME = 1024
@@ -26,7 +24,7 @@ _NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 MOST_BYTES = 1 << 26
 """Approximate limit of the size of all names and values together [bytes]."""
 _MAX_DEPTH = 32
-"""Largest depth of names in a key."""
+"""Largest depth of names in a key, and of lists and structures in a value."""
 
 
 def is_legal(name: object) -> bool:
@@ -199,8 +197,8 @@ def plain(value: object, depth: int = 0) -> object:
     Raises:
         CommandError: it cannot.
     """
-    if depth > _DEEPEST_VALUE:
-        raise CommandError(f"a value is nested more than {_DEEPEST_VALUE} levels deep")
+    if depth > _MAX_DEPTH:
+        raise CommandError(f"a value is nested more than {_MAX_DEPTH} levels deep")
     if isinstance(value, np.generic | np.ndarray):
         value = value.tolist()
     if isinstance(value, Mapping):

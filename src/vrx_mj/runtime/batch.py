@@ -60,7 +60,7 @@ from vrx_mj.signals import check_exit, delays_exit
 
 _CALL_TIME = 0.05
 """Wall time of one call of the compiled loop [s]: Ctrl-C works between two."""
-_MAX_ROWS = 10**6
+MAX_ROWS = 10**6
 """Largest number of rows, and of threads, of a batch."""
 
 Engine = Literal["mujoco", "free"]
@@ -106,8 +106,8 @@ class Batch:
             value = as_number(count)
             if not isinstance(count, Real) or not value >= 1 or value % 1 != 0:
                 raise CommandError(f"invalid {name} {quote(count)}: a whole number above 0 is needed")
-            if value > _MAX_ROWS:
-                raise CommandError(f"invalid {name} {quote(count)}: at most {_MAX_ROWS} are possible")
+            if value > MAX_ROWS:
+                raise CommandError(f"invalid {name} {quote(count)}: at most {MAX_ROWS} are possible")
         if world.parameters.task:
             text = 'compile it without one, {"extends": name, "task": None}'
             raise CommandError(f"the world {world.name} has a task, and a Batch has no referee: {text}")

@@ -17,6 +17,7 @@ import numpy.typing as npt
 from vrx_mj.arguments import check_kind
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.errors import CommandError, warn
+from vrx_mj.mjcf.flotation import MOST_LIFT
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.numbers import Number, run_numbers, with_numbers
 from vrx_mj.model.water import Sea
@@ -62,8 +63,6 @@ _MAX_TILT = 0.5
 """Largest roll and pitch of a boat at rest [rad]; on steeper waves it starts as in calm water."""
 _MASS_HALVINGS = 20
 """Halvings of the interval in which the largest mass is sought."""
-_MAX_LIFT = 1000.0
-"""Factor of mass beyond which no larger one is sought for a hull with a model of its own."""
 _ARGUMENT_COLUMNS: Mapping[str, tuple[str, str]] = {
     "wind_speed": ("wind", "mean"), "wind_direction": ("wind", "direction"), "gusts": ("wind", "gain"),
     "waves": ("waves", "amplitude"), "wave_period": ("waves", "frequency"), "wave_band": ("waves", "frequency"),
@@ -414,7 +413,7 @@ class Equilibrium:
             least, most = 0.0, greatest_lift(hull, arrays.stations) / self._weights[boat]
             if hull["vessel"] >= 0:
                 most = 1.0
-                while most < _MAX_LIFT and self._settles(boat, part, calm, most, np.zeros(6), 0.0):
+                while most < MOST_LIFT and self._settles(boat, part, calm, most, np.zeros(6), 0.0):
                     most *= 2.0
             for _ in range(_MASS_HALVINGS):
                 middle = 0.5 * (least + most)

@@ -32,7 +32,7 @@ Rows = npt.ArrayLike | None
 """Which rows: a mask (n,) of truths, their numbers, or None for all."""
 
 
-_MAX_VALUE = 1e6
+MAX_VALUE = 1e6
 """Largest value of an argument of `Batch.vary`, in its unit."""
 _MIN_VALUES = dict.fromkeys(("wind_direction", "wave_direction", "wind_speed"), -np.inf) | dict.fromkeys(
     ("mass", "wave_period"), float(np.nextafter(0.0, 1.0))
@@ -116,7 +116,7 @@ def row_vectors(what: str, values: npt.ArrayLike, count: int, size: int = 6) -> 
     return np.broadcast_to(given, (count, size))
 
 
-def row_values(what: str, value: npt.ArrayLike, count: int, least: float, most: float = _MAX_VALUE) -> FloatArray:
+def row_values(what: str, value: npt.ArrayLike, count: int, least: float, most: float = MAX_VALUE) -> FloatArray:
     """Return a number for each of `count` rows, (count,).
 
     Raises:

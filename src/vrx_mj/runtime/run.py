@@ -540,7 +540,7 @@ def fleet_controller(sim: Simulation) -> Controller | None:
         try:
             loaded.append((name, load_controller(name, sim.seed, sim), takes))
         except VrxError as error:
-            raise VrxError(f"controller of {first_names(sorted(own), 3)}: {error}") from error
+            raise VrxError(f"controller of {first_names(sorted(own))}: {error}") from error
 
     def controller(obs: Observation, time: float) -> Mapping[str, Any]:
         commands: dict[str, Any] = {}

@@ -29,7 +29,7 @@ from vrx_mj.outputs import atomic_write
 
 STATE_VERSION = 3
 """Version of the format of saved states."""
-_MAX_TIME = 1e9
+MAX_TIME = 1e9
 """Latest time of a state [s]."""
 _Size = Annotated[int, Field(ge=0, lt=1 << 48)]
 _Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -244,8 +244,8 @@ def set_integration_state(model: mujoco.MjModel, data: mujoco.MjData, flat: Floa
 
 def _check_time(time: float) -> None:
     """Raise a StateError unless a state can be of this time [s]."""
-    if not (math.isfinite(time) and 0.0 <= time <= _MAX_TIME):
-        raise StateError(f"invalid time {time:g} s of a state: from 0 to {_MAX_TIME:g} s is needed")
+    if not (math.isfinite(time) and 0.0 <= time <= MAX_TIME):
+        raise StateError(f"invalid time {time:g} s of a state: from 0 to {MAX_TIME:g} s is needed")
 
 
 def _check_version(version: int) -> None:

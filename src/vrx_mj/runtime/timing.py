@@ -18,7 +18,7 @@ from vrx_mj.errors import CommandError, StateError, quote
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.tables import Table
 
-_MAX_DURATION = 1e9
+MAX_DURATION = 1e9
 """Longest duration of a run [s]: 30 years."""
 MOST_STEPS = 10**13
 """Largest number of physics steps of a run."""
@@ -48,8 +48,8 @@ def whole_steps(duration: float, timestep: float) -> int:
         raise CommandError(f"invalid duration {quote(duration)}: a number of seconds is needed")
     if not given >= timestep * (1.0 - 1e-6) or math.isinf(given):
         raise CommandError(f"invalid duration {given:g} s: at least one timestep, {timestep:g} s, is needed")
-    if given > _MAX_DURATION:
-        raise CommandError(f"invalid duration {given:g} s: at most {_MAX_DURATION:g} s")
+    if given > MAX_DURATION:
+        raise CommandError(f"invalid duration {given:g} s: at most {MAX_DURATION:g} s")
     steps = round(given / timestep)
     if abs(steps * timestep - given) > 1e-4 * timestep:
         below = math.floor(given / timestep)

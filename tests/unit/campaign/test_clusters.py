@@ -153,6 +153,13 @@ def test_a_cluster_that_cannot_be_used_says_how(ray, tmp_path, monkeypatch):
         RayCluster().open(tmp_path)
 
 
+def test_a_cluster_is_left_if_the_folder_cannot_be_written_to(ray, tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(VrxError, match="file"):
+        RayCluster().open(tmp_path / "file")
+    assert ray.did[-1] == "shutdown"
+
+
 def test_workers_that_have_something_are_found_until_ray_ends_here(ray, tmp_path):
     cluster = RayCluster()
     cluster.open(tmp_path)

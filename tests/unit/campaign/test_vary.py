@@ -78,3 +78,11 @@ def test_a_quantity_is_given_once():
         parse_vary(["wind.mean=0..1", "wind.mean=0..2"])
     with pytest.raises(VrxError, match=r"^--vary wind\.mean_velocity is given twice$"):
         parse_vary(["wind.mean=0..1", "wind.mean_velocity=0..2"])
+
+
+def test_a_number_is_drawn_by_one_quantity():
+    vary = parse_vary(["*.hull.drag_linear.surge=40..60", "wamv.hull.drag_linear.*=10..20"])
+    with pytest.raises(VrxError) as told:
+        check_vary(vary, ["ocean"])
+    both = " and ".join(f"--vary {quantity.name}" for quantity in vary)
+    assert str(told.value) == f"{both} both draw wamv.hull.drag_linear.surge"

@@ -154,7 +154,7 @@ BLOCKS = {
         "box": {"size": [1, 1, 1]},
         "sphere": {"radius": 1},
         "cylinder": {"radius": 1, "length": 1},
-    }, {"name": "own", "size": [2, 1, 1], "radius": 2, "length": 2, "file": "other.obj", "scale": 2, "pose": POSE}),
+    }, {"name": "own", "size": [2, 1, 1], "radius": 2, "length": 2, "pose": POSE}),
     "joint.type": Block(
         JointConfig, lambda content: thing(**BODY, links=[{"name": "arm", "mass": 1, "inertia": [1, 1, 1]}],
                                            joints=[{"name": "elbow", "parent": "link", "child": "arm", **content}]), {
@@ -376,6 +376,13 @@ def test_every_choice_of_a_file_is_tried():
     left = {f"{model.__name__}.{key}" for model, key in choices
             if not any(issubclass(other, model) and key == selector for other, selector in tried)}  # fmt: skip
     assert left == FREE
+
+
+def test_no_model_has_a_key_that_all_of_its_kinds_refuse():
+    refused = [f"{model.__name__}.{key}" for model in models() for key, only in limited_keys(model)
+               if get_origin(kinds := model.model_fields[only.selector].annotation) is Literal
+               and only.values and not set(only.values) & set(get_args(kinds))]  # fmt: skip
+    assert refused == []
 
 
 def written(**files: str) -> None:

@@ -4,7 +4,8 @@ import pytest
 
 from unit.tasks.samples import SAMPLES
 from vrx_mj.config.base import field_docstrings
-from vrx_mj.config.tasks import TASKS
+from vrx_mj.config.tasks import TASKS, TaskConfig
+from vrx_mj.config.values import Cartesian, Geodetic, Pose
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError
 
@@ -59,6 +60,19 @@ def test_a_place_may_be_given_in_latitude_and_longitude():
         (key,) = value
         assert load_world({**earth, "task": {"type": kind, **value}}).task.geodetic == (key,)
         assert task_of(kind).geodetic == ()
+
+
+def test_a_place_in_latitude_and_longitude_may_have_any_key():
+    class Rescue(TaskConfig):
+        base: Geodetic
+        buoys: tuple[Geodetic, ...] = ()
+        corner: tuple[Cartesian, ...] | None = None
+        home: Geodetic | None = None
+        own: Pose = (0.0,) * 6
+
+    task = {"type": "rescue", "base": [1.0, 2.0, 0.0], "corner": [[1.0, 2.0, 0.0]]}
+    assert Rescue(**task).geodetic == ("base",)
+    assert Rescue(**task, home=[1.0, 2.0, 0.0], buoys=[[1.0, 2.0, 0.0]]).geodetic == ("base", "buoys", "home")
 
 
 def test_a_task_of_the_same_type_is_merged_and_one_of_another_type_replaces_it(here):

@@ -155,7 +155,7 @@ def nested(depth, inner=1):
 
 
 def test_values_are_nested_so_deep_and_no_deeper():
-    deepest = parameters._DEEPEST_VALUE
+    deepest = parameters._MAX_DEPTH
     assert plain(nested(deepest)) == nested(deepest)
     mapping = 1
     for _ in range(deepest):

@@ -220,6 +220,12 @@ def test_invalid_ports_are_said(text, boats):
         parse_nmea(text, tuple(boats))
 
 
+@pytest.mark.parametrize("text", ["a:1,a:2", "1,a:2", "b:3,1,2"])
+def test_a_boat_has_one_port(text):
+    with pytest.raises(CommandError, match=f"^invalid --nmea '{text}': 'a' occurs twice$"):
+        parse_nmea(text, ("a", "b"))
+
+
 def test_unknown_boats_are_named_and_a_port_is_of_one_boat(bay):
     sim, port = vrx_mj.Simulation(bay), free_port()
     with pytest.raises(UnknownNameError, match="no boat named 'c'; known: "):

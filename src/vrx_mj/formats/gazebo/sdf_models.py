@@ -11,6 +11,7 @@ import numpy as np
 
 from vrx_mj.config.search import SCHEME, display, package_paths
 from vrx_mj.config.tree import literal
+from vrx_mj.config.values import MAX_COORDINATE
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError
 from vrx_mj.formats.gazebo.document import Element, Report, as_node, markup
 from vrx_mj.formats.gazebo.models import (
@@ -35,8 +36,6 @@ MODEL = "__model__"
 """Name of a model's own frame."""
 WORLD = "world"
 """Name of what does not move, and of its frame."""
-_MAX_COORDINATE = 1e6
-"""Largest coordinate of a pose [m]."""
 NESTED = "::"
 """Separator of the name of a nested model and a name in it."""
 _MAX_DEPTH = 8
@@ -80,7 +79,7 @@ class GivenPose(NamedTuple):
     """Element at which its faults are."""
 
 
-def given_pose(node: Node, farthest: float = _MAX_COORDINATE) -> GivenPose:
+def given_pose(node: Node, farthest: float = MAX_COORDINATE) -> GivenPose:
     """The `<pose>` of an element, whose angles may be in degrees, or a quaternion of any length above 0.
 
     Without one nothing is moved.

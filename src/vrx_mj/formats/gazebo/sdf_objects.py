@@ -15,6 +15,7 @@ from pydantic import ValidationError
 from vrx_mj.config.search import SCHEME, catalogue, kind_name
 from vrx_mj.config.shapes import MESH_SUFFIXES, BuoyancyConfig, BuoyancyElement, Shape
 from vrx_mj.config.tree import Section, literal
+from vrx_mj.config.values import MAX_NUMBER
 from vrx_mj.constants import WATER_DENSITY
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, first_lines, shorten
 from vrx_mj.formats.gazebo.document import (
@@ -74,8 +75,6 @@ _DRAG = 25.0, 2.0
 """Linear and angular drag [1/s] of what floats without VRX's buoyancy plugin: those of VRX's buoys."""
 _DISPLACING = {"box", "sphere", "cylinder"}
 """Types of shapes that displace water."""
-_NO_LIMIT = 1e9
-"""Limit of a joint that has only the other one [rad or m]."""
 _TYPES = {"screw": "revolute", "revolute2": "universal"}
 """Types of joints of SDF that have other names here."""
 _STATIC: tuple[Fate, str] = "imported", "the model is static"
@@ -411,7 +410,7 @@ def _axis(axis: Axis, *, free: bool, sign: int) -> Content:
     lower, upper = axis.limits.lower, axis.limits.upper
     found: Content = {"xyz": [sign * value for value in axis.xyz]}
     if not free and (lower > -ENDLESS or upper < ENDLESS):
-        found["limits"] = [max(lower, -_NO_LIMIT), min(upper, _NO_LIMIT)]
+        found["limits"] = [max(lower, -MAX_NUMBER), min(upper, MAX_NUMBER)]
     return found | axis.dynamics
 
 

@@ -11,10 +11,14 @@ import pytest
 
 import vrx_mj.rl.problems
 from exploits import EXPLOITS, HONEST, TOLD
+from vrx_mj.rl import TeamVectorEnv, VectorEnv
+from vrx_mj.rl.options import VARIED
 from vrx_mj.rl.problem import Problem
 from vrx_mj.rl.problems import ALONE, PROBLEMS, SCORE, TEAMS
 
 PAGE = (Path(__file__).parents[4] / "docs" / "learning.md").read_text(encoding="utf-8")
+TAKEN = ("acted", "present", "diverged", "sunk", "capsized", "final_obs", "final_info", "wind_direction")
+"""What `info` has of every problem, beside what is varied."""
 
 
 def written() -> Iterator[type[Problem]]:
@@ -48,6 +52,17 @@ def lacking(name: str) -> list[str]:
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_a_problem_has_all_its_parts(name):
     assert lacking(name) == []
+
+
+@pytest.mark.parametrize("name", [*ALONE, *TEAMS])
+def test_every_fact_is_in_the_docstring_and_of_a_step_or_of_a_start_alone(name):
+    """A fact of both would be overwritten with 0 in the rows that go on, while another row begins."""
+    core = (VectorEnv if name in ALONE else TeamVectorEnv)(name, 2)._core
+    of_start, of_step = core.problem.episode_facts(), core.problem.facts()
+    assert of_start
+    assert [fact for fact in (*of_start, *of_step) if f"`{fact}`" not in PROBLEMS[name].__doc__] == []
+    assert of_start.keys() & of_step.keys() == set()
+    assert (of_start.keys() | of_step.keys()) & {*TAKEN, *VARIED} == set()
 
 
 def test_every_problem_that_is_written_has_a_row():
