@@ -7,6 +7,7 @@ from typing import Annotated, Any, TypeVar, cast, dataclass_transform
 from pydantic import AfterValidator, ConfigDict, Field, StringConstraints
 from pydantic_core import PydanticCustomError
 
+from vrx_mj.constants import LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.frames import Vector
 
 _Class = TypeVar("_Class")
@@ -103,6 +104,8 @@ Angle = Annotated[float, Field(ge=-1e6, le=1e6)]
 Degrees = Annotated[float, Field(ge=-1e6, le=1e6)]
 Latitude = Annotated[float, Field(ge=-90, le=90)]
 Longitude = Annotated[float, Field(ge=-180, le=180)]
+Step = Annotated[float, Field(ge=SHORTEST_STEP, le=LONGEST_STEP)]
+"""A physics step [s]."""
 Seed = Annotated[int, Field(ge=0, lt=2**63)]
 Coefficient = Annotated[float, Field(ge=-1e6, le=1e6)]
 Vec2 = Annotated[tuple[Real, Real], Parts("x", "y")]

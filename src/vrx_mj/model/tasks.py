@@ -36,7 +36,7 @@ class TaskBase:
     durations: tuple[NonNegative, NonNegative, NonNegative]
     """Lengths of the phases initial, ready and running [s]."""
     collision_buffer: NonNegative
-    """Time after a collision in which others do not count [s]."""
+    """Time after a counted collision in which others do not count [s]."""
     locked: bool
     """Whether the boat is held until the task is ready."""
     held: bool = False
@@ -91,14 +91,14 @@ class Gate:
 
 @record
 class Channel:
-    """The gates of a gymkhana."""
+    """A channel of gates."""
 
     gates: Annotated[tuple[Gate, ...], Field(max_length=_MAX_COUNT)]
     """The gates, in their order."""
     obstacle_penalty: NonNegative
-    """Penalty of a collision."""
+    """Penalty for a collision [s]."""
     collision_buffer: NonNegative
-    """Time after a collision in which others do not count [s]."""
+    """Time after a counted collision in which others do not count [s]."""
 
 
 @record
@@ -106,8 +106,8 @@ class Shown:
     """An object that appears in front of the boat for a while."""
 
     time: NonNegative
-    """When it shows up [s]."""
-    duration: NonNegative
+    """Time at which it appears, from the start of the run [s]."""
+    duration: Positive
     """Time for which it is visible [s]."""
     type: Text
     """Type in a correct report."""
@@ -160,7 +160,7 @@ class Hole:
     box: _Size
     """Edges of the box around it [m]."""
     points: NonNegative
-    """Points of a ball in it."""
+    """Points for each ball [points]."""
 
 
 @record
@@ -207,14 +207,10 @@ class Perception(TaskBase):
 
 
 @record
-class Navigation(TaskBase):
+class Navigation(Channel, TaskBase):
     """Pass gates without a collision."""
 
     type: Literal["navigation_course"]
-    gates: Annotated[tuple[Gate, ...], Field(max_length=_MAX_COUNT)]
-    """The gates, in their order."""
-    obstacle_penalty: NonNegative
-    """Penalty of a collision [s]."""
 
 
 @record
@@ -225,11 +221,11 @@ class FollowPath(TaskBase):
     gates: Annotated[tuple[Gate, ...], Field(max_length=_MAX_COUNT)]
     """The gates, in their order."""
     points_per_gate_crossed: NonNegative
-    """Points of a gate."""
+    """Points for a gate [points]."""
     bonus: NonNegative
-    """Points for gates in a row."""
+    """Bonus for a gate crossed directly after the previous one, and for the last gate [points]."""
     obstacle_penalty: NonNegative
-    """Penalty of a collision."""
+    """Penalty for a collision [points]."""
 
 
 @record
@@ -252,15 +248,15 @@ class Dock(TaskBase):
     color_sequence: tuple[Text, Text, Text]
     """Colours that it shows."""
     color_bonus_points: NonNegative
-    """Points for the colours."""
+    """Points for a correct report of the colours [points]."""
     dock_bonus_points: NonNegative
-    """Points for docking."""
+    """Points for docking [points]."""
     correct_dock_bonus_points: NonNegative
-    """Points for the right bay."""
+    """Bonus for docking in the correct bay [points]."""
     enable_color_checker: bool
     """Whether the colours can be sent."""
     min_dock_time: NonNegative
-    """Time in a bay that counts as docking [s]."""
+    """Time to stay in the bay [s]."""
 
 
 @record
@@ -271,11 +267,11 @@ class Wildlife(TaskBase):
     animals: Annotated[tuple[Animal, ...], Field(min_length=1, max_length=_MAX_COUNT)]
     """The animals."""
     engagement_distance: Positive
-    """Distance at which an animal is engaged [m]."""
+    """Distance within which an animal is engaged [m]."""
     time_bonus: NonNegative
-    """Bonus of an animal [s]."""
+    """Bonus for each animal with the required behaviour [s]."""
     publication_rate: Positive | None
-    """Rate at which VRX publishes the animals [Hz]."""
+    """Rate at which the animals' positions are published [Hz]; by default at every check of the task."""
 
 
 @record
@@ -288,7 +284,7 @@ class Gymkhana(TaskBase):
     pinger: Pinger
     """The beacon."""
     obstacle_penalty: NonNegative
-    """Penalty of a collision."""
+    """Penalty for a collision [m]."""
 
 
 @record
@@ -299,7 +295,7 @@ class AcousticPerception(TaskBase):
     pinger: Pinger
     """The beacon."""
     goal_tolerance: Positive
-    """Distance at which it is reached [m]."""
+    """Distance in three dimensions at which it counts as reached [m]."""
 
 
 @record
@@ -310,9 +306,9 @@ class AcousticTracking(TaskBase):
     pinger: Text = field(metadata=_name_of(THING))
     """Name of the object under which the beacon hangs."""
     pinger_depth: Real
-    """Height of the beacon [m]."""
+    """z of the beacon that receivers detect [m]; in VRX it is above the water."""
     obstacle_penalty: NonNegative
-    """Penalty of a collision."""
+    """Penalty for a collision [m]."""
 
 
 Task = Annotated[
