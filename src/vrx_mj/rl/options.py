@@ -15,7 +15,7 @@ from vrx_mj.errors import quote
 from vrx_mj.rl.neighbours import NeighbourView
 from vrx_mj.rl.problem import Facts, RefereedRow, Rows
 from vrx_mj.runtime.batch import Batch
-from vrx_mj.runtime.rows import fixed_arguments
+from vrx_mj.runtime.rows import MAX_VALUE, fixed_arguments
 
 Device = Literal["cpu", "cuda"]
 """Where rows and their arrays are."""
@@ -35,8 +35,6 @@ _MOST_NEIGHBOURS = 10_000
 """Greatest number of neighbours that are observed."""
 _LONGEST_DELAY = 3600.0
 """Longest delay of what boats observe of each other [s]."""
-_MAX_VALUE = 1e6
-"""Largest magnitude of anything that is varied, in its unit."""
 _PERIOD_FACTORS = (0.8, 1.4)
 """Default range of the factor of the waves' periods: from 4 to 7 s where the world has 5."""
 _BAND_FACTORS = (0.5, 1.2)
@@ -47,7 +45,7 @@ _FULL_TURN = (-np.pi, np.pi)
 """Any direction or phase [rad]."""
 _PHASE, _PHASES = "wave_phase", "wave_phases"
 """An option, and the argument of `Batch.vary` with its values."""
-_MIN_VALUES = {"wave_direction": -_MAX_VALUE, "wave_phase": -_MAX_VALUE, "mass": 1e-3, "wave_period": 1e-3}
+_MIN_VALUES = {"wave_direction": -MAX_VALUE, "wave_phase": -MAX_VALUE, "mass": 1e-3, "wave_period": 1e-3}
 """Least values of what is varied where they are not 0."""
 
 
@@ -317,8 +315,8 @@ def _range(name: str, value: object) -> tuple[float, float]:
         value = value.tolist()
     pair = tuple(value) if isinstance(value, Sequence) else (value, value)
     least = _MIN_VALUES.get(name, 0.0)
-    if len(pair) != 2 or not all(map(is_number, pair)) or not least <= pair[0] <= pair[1] <= _MAX_VALUE:
-        number = f"a number from {least:g} to {_MAX_VALUE:g}"
+    if len(pair) != 2 or not all(map(is_number, pair)) or not least <= pair[0] <= pair[1] <= MAX_VALUE:
+        number = f"a number from {least:g} to {MAX_VALUE:g}"
         raise gymnasium.error.Error(f"invalid {name} {quote(value)}: {number}, or a pair (low, high), is needed")
     return float(pair[0]), float(pair[1])
 
