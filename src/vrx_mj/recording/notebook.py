@@ -25,8 +25,9 @@ if TYPE_CHECKING:
 
 _MAP_SIZE = (1000, 720)
 """Width and height of a world's map [px]."""
-_ANGLES = ("yaw from x [deg]", "compass heading [deg]", "compass course [deg]")
-_COLUMNS = ("boat", "x [m]", "y [m]", "z [m]", *_ANGLES, "speed [m/s]")
+ANGLES = ("yaw from x [deg]", "compass heading [deg]", "compass course [deg]")
+"""Columns of angles in the tables of a run and of a simulation."""
+_COLUMNS = ("boat", "x [m]", "y [m]", "z [m]", *ANGLES, "speed [m/s]")
 REDRAW_PERIOD = 0.1
 """Least wall time between two drawings of a notebook's bar [s]."""
 
