@@ -139,3 +139,15 @@ def as_numbers(name: str, given: object, count: int, most: float) -> tuple[float
         words = {3: "three", 6: "six"}[count]
         raise CommandError(f"invalid {name} {quote(given)}: {words} numbers below {most:g} are needed")
     return values
+
+
+def parse_ports(option: str, text: str, needed: str, first: str = "") -> dict[str, int]:
+    """Ports by boat from `BOAT:PORT,BOAT:PORT`; `first` is the boat of a port alone, if such are allowed.
+
+    Raises:
+        CommandError: the text is no such list; `needed` says what is.
+    """
+    pairs = [(boat or first, port) for boat, _, port in (word.rpartition(":") for word in text.split(","))]
+    if not all(boat and port.isdecimal() for boat, port in pairs):
+        raise CommandError(f"invalid {option} '{text}': {needed}")
+    return {boat: int(port) for boat, port in pairs}

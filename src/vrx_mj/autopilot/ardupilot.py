@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Self
 
-from vrx_mj.arguments import check_name
+from vrx_mj.arguments import check_name, parse_ports
 from vrx_mj.autopilot.board import MAX_PULSE, MIN_PULSE, Board, Channels, channels_of, is_servo_pulse
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.packages import root
@@ -369,10 +369,7 @@ def ports_of(sim: Simulation, text: str = "") -> dict[str, int]:
     """
     if not text or text.isdecimal():
         return {boat: int(text or PORT) + PORT_STEP * number for number, boat in enumerate(sim.boats)}
-    pairs = [word.rpartition(":") for word in text.split(",")]
-    if not all(boat and port.isdecimal() for boat, _, port in pairs):
-        raise CommandError(f"invalid --ardupilot '{text}': BOAT:PORT,... or a PORT is needed, as in wamv:9002")
-    return {boat: int(port) for boat, _, port in pairs}
+    return parse_ports("--ardupilot", text, "BOAT:PORT,... or a PORT is needed, as in wamv:9002")
 
 
 def _listening(host: str, port: int) -> socket.socket:

@@ -5,7 +5,7 @@ import shlex
 import shutil
 import sys
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from functools import partial
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from typer import Argument, Option, Typer, echo
 
+from vrx_mj.arguments import parse_ports
 from vrx_mj.bar import Bar
 from vrx_mj.cli import missing_modules
 from vrx_mj.cli.options import (
@@ -302,7 +303,8 @@ def _compile_and_serve(
         closing.enter_context(recording(sim, record, ()))
         if wires:
             if nmea is not None:
-                services = replace(services, nmea=parse_nmea(nmea, sim.boats))
+                needed = "[BOAT:]PORT,... of boats is needed, as in wamv:10110"
+                services = replace(services, nmea=parse_ports("--nmea", nmea, needed, *sim.boats[:1]))
             run(sim, services, report=_log_line, status=_status(), autopilots=autopilots)
         elif autopilots:
             ending = threading.Event()
@@ -336,14 +338,6 @@ def parse_rate(text: str) -> float | None:
 def parse_lockstep(text: str) -> tuple[str, ...]:
     """Topics from `A,B`; none from `step`."""
     return tuple(topic for topic in text.split(",") if topic not in {"", "step"})
-
-
-def parse_nmea(text: str, boats: Sequence[str]) -> dict[str, int]:
-    """Ports by boat from `PORT`, of the first boat, or `BOAT:PORT,BOAT:PORT`. CommandError: it is neither."""
-    pairs = [word.rpartition(":") for word in text.split(",")]
-    if not boats or not all(port.isdecimal() for _, _, port in pairs):
-        raise CommandError(f"invalid --nmea '{text}': [BOAT:]PORT,... of boats is needed, as in wamv:10110")
-    return {boat or boats[0]: int(port) for boat, _, port in pairs}
 
 
 def check_installed(*extras: str) -> None:
