@@ -83,7 +83,7 @@ class AnimalConfig(Config):
 
     name: str
     """Name of the object in the world."""
-    goal: Literal["avoid", "circumnavigate_clockwise", "circumnavigate_counterclockwise"] | None = None
+    goal: tasks.Habit | None = None
     """Required behaviour near it; by default that of its model: avoid a crocodile, circle a platypus clockwise, a
     turtle counterclockwise."""
 

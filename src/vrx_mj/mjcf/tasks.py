@@ -8,7 +8,7 @@ heave, roll and pitch (VRX's riser and pivot joints); switching the weld off rel
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import Any, Literal, cast
+from typing import Any, cast
 
 from vrx_mj.config import tasks
 from vrx_mj.config.fleet import BoatConfig
@@ -178,9 +178,7 @@ def thing_touches(objects: Sequence[PlacedObject], docks: Sequence[PlacedDock]) 
         yield Touch(dock.name, dock_entry(dock).bodies[0], tree=True)
 
 
-_Habit = Literal["avoid", "circumnavigate_clockwise", "circumnavigate_counterclockwise"]
-
-_ANIMALS: Mapping[str, _Habit] = {
+_ANIMALS: Mapping[str, model.Habit] = {
     "crocodile": "avoid",
     "platypus": "circumnavigate_clockwise",
     "turtle": "circumnavigate_counterclockwise",
@@ -347,7 +345,7 @@ def _animals(task: tasks.WildlifeTask, site: Site) -> tuple[model.Animal, ...]:
     return tuple(animals)
 
 
-def _habit(kind: str) -> _Habit | None:
+def _habit(kind: str) -> model.Habit | None:
     """The goal of an animal's model."""
     return _ANIMALS.get(kind.partition("_")[0])
 

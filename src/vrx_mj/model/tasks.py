@@ -8,10 +8,10 @@ from pydantic import Field
 
 from vrx_mj.model.kinds import Angle, Latitude, Longitude, NonNegative, Pose, Positive, Real, Text, Vec3, late, record
 
-_MAX_COUNT = 100_000
-"""Largest number of things of a kind in a task."""
 _Size = tuple[NonNegative, NonNegative, NonNegative]
 _Kind = TypeVar("_Kind")
+_Many = Annotated[tuple[_Kind, ...], Field(max_length=100_000)]
+Habit = Literal["avoid", "circumnavigate_clockwise", "circumnavigate_counterclockwise"]
 THING, BOAT = "object or dock", "boat"
 """Kinds of what moves, by whose poses rules judge."""
 
@@ -43,7 +43,7 @@ class TaskBase:
     """Whether it is held throughout."""
     fixed: Mapping[Text, Pose] = field(metadata=late(1))
     """Poses of what never moves, by name [m, rad]."""
-    rivals: Annotated[tuple[Text, ...], Field(max_length=_MAX_COUNT)] = field(metadata=late(3))
+    rivals: _Many[Text] = field(metadata=late(3))
     """Names of all that the boat may touch, in the order of the MJCF's contact sensors."""
 
 
@@ -93,7 +93,7 @@ class Gate:
 class Channel:
     """A channel of gates."""
 
-    gates: Annotated[tuple[Gate, ...], Field(max_length=_MAX_COUNT)]
+    gates: _Many[Gate]
     """The gates, in their order."""
     obstacle_penalty: NonNegative
     """Penalty for a collision [s]."""
@@ -171,7 +171,7 @@ class Animal:
     """Name of the object."""
     model: Text
     """Its model."""
-    goal: Literal["avoid", "circumnavigate_clockwise", "circumnavigate_counterclockwise"]
+    goal: Habit
     """Required behaviour near it."""
 
 
@@ -191,7 +191,7 @@ class Wayfinding(TaskBase):
     """Pass near poses."""
 
     type: Literal["wayfinding"]
-    waypoints: Annotated[tuple[Goal, ...], Field(min_length=1, max_length=_MAX_COUNT)]
+    waypoints: Annotated[_Many[Goal], Field(min_length=1)]
     """The poses."""
 
 
@@ -200,7 +200,7 @@ class Perception(TaskBase):
     """Report objects that show up."""
 
     type: Literal["perception"]
-    objects: Annotated[tuple[Shown, ...], Field(max_length=_MAX_COUNT)]
+    objects: _Many[Shown]
     """The objects."""
     loop_forever: bool
     """Whether they show up again."""
@@ -218,7 +218,7 @@ class FollowPath(TaskBase):
     """Pass gates for points."""
 
     type: Literal["follow_path"]
-    gates: Annotated[tuple[Gate, ...], Field(max_length=_MAX_COUNT)]
+    gates: _Many[Gate]
     """The gates, in their order."""
     points_per_gate_crossed: NonNegative
     """Points for a gate [points]."""
@@ -237,11 +237,11 @@ class Dock(TaskBase):
     """Name that the file gives the dock."""
     anchor: Text = field(metadata=_name_of(THING))
     """Name of the dock."""
-    bays: Annotated[tuple[Bay, ...], Field(min_length=1, max_length=_MAX_COUNT)]
+    bays: Annotated[_Many[Bay], Field(min_length=1)]
     """The bays."""
-    holes: Annotated[tuple[Hole, ...], Field(max_length=_MAX_COUNT)]
+    holes: _Many[Hole]
     """The holes that count."""
-    balls: Annotated[tuple[Text, ...], Field(max_length=_MAX_COUNT)] = field(metadata={**late(2), **_name_of(THING)})
+    balls: _Many[Text] = field(metadata={**late(2), **_name_of(THING)})
     """Names of the boat's balls."""
     light_buoy: Text | None = field(metadata=_name_of("light"))
     """Name of the light buoy."""
@@ -264,7 +264,7 @@ class Wildlife(TaskBase):
     """Circle some animals and avoid others."""
 
     type: Literal["wildlife"]
-    animals: Annotated[tuple[Animal, ...], Field(min_length=1, max_length=_MAX_COUNT)]
+    animals: Annotated[_Many[Animal], Field(min_length=1)]
     """The animals."""
     engagement_distance: Positive
     """Distance within which an animal is engaged [m]."""
