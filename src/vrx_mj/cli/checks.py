@@ -63,8 +63,7 @@ def trial(
     from vrx_mj.trials import TRIALS, SimulatedVessel
 
     check_name("trial", name, TRIALS)
-    given = {"power": power, "helm": helm, "angle": angle, "mode": mode, "amount": amount}
-    arguments = _arguments(name, given)
+    arguments = _arguments(name, {"power": power, "helm": helm, "angle": angle, "mode": mode, "amount": amount})
     fleet = {"usv_count": 1, "robot": boat, "sensors": "none"}
     sim = Simulation(compile_world(CALM if world is None else world, fleet=fleet))
     done = TRIALS[name](SimulatedVessel(sim, sim.boats[0]), **arguments)

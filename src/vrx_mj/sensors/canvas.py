@@ -9,7 +9,7 @@ import os
 import sys
 import threading
 import weakref
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
@@ -117,9 +117,8 @@ def problem_of(backend: str) -> str | None:
     platform = os.environ.get("PYOPENGL_PLATFORM", "").lower()
     if platform and platform != backend:
         return f"PYOPENGL_PLATFORM={platform} prevents it"
-    probes: dict[str, Callable[[], str | None]] = {"egl": _egl_problem, "osmesa": _osmesa_problem}
     try:
-        return probes[backend]()
+        return _egl_problem() if backend == "egl" else _osmesa_problem()
     except OSError as error:
         return str(error)
 
