@@ -23,7 +23,7 @@ from vrx_mj.config.weather import CurrentConfig, SeaConfig, WindConfig
 from vrx_mj.constants import GRAVITY
 from vrx_mj.errors import warn
 from vrx_mj.frames import Geodetic
-from vrx_mj.model.kinds import Degrees, Latitude, Longitude, Seed, Share, Step
+from vrx_mj.model.kinds import AtBaseLink, Degrees, Latitude, Longitude, Seed, Share, Step
 from vrx_mj.spectra import REGULAR, SPECTRA, VRX_SEAS
 
 _NOTICED: list[str] = []
@@ -147,7 +147,7 @@ class PhysicsConfig(Config):
     quirks: tuple[Literal["wind_stale_link"], ...] = ()
     """Defects of VRX's worlds to keep. `wind_stale_link`: no wind acts on boats, because VRX's file names a link that
     they do not have."""
-    at_base_link: tuple[Literal["gps", "imu", "pinger"], ...] = ("pinger",)
+    at_base_link: AtBaseLink = ("pinger",)
     """Sensors that measure at the origin of `base_link`, wherever they are mounted; all others measure where they are
     mounted. The default is that of VRX's plugins; in profile marine it is empty."""
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Annotated, Any, TypeVar, cast, dataclass_transform
+from typing import Annotated, Any, Literal, TypeVar, cast, dataclass_transform
 
 from pydantic import AfterValidator, ConfigDict, Field, StringConstraints
 from pydantic_core import PydanticCustomError
@@ -106,6 +106,8 @@ Latitude = Annotated[float, Field(ge=-90, le=90)]
 Longitude = Annotated[float, Field(ge=-180, le=180)]
 Step = Annotated[float, Field(ge=SHORTEST_STEP, le=LONGEST_STEP)]
 """A physics step [s]."""
+AtBaseLink = tuple[Literal["gps", "imu", "pinger"], ...]
+"""Types of sensors that measure at the origin of `base_link`."""
 Seed = Annotated[int, Field(ge=0, lt=2**63)]
 Coefficient = Annotated[float, Field(ge=-1e6, le=1e6)]
 Vec2 = Annotated[tuple[Real, Real], Parts("x", "y")]

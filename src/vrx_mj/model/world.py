@@ -96,7 +96,7 @@ class Parameters:
     """Physics step [s]."""
     gravity: NonNegative
     """Gravity, downwards [m/s2]."""
-    at_base_link: tuple[Literal["gps", "imu", "pinger"], ...]
+    at_base_link: kinds.AtBaseLink
     """Sensors that measure at the origin of `base_link`."""
     sea: Sea
     """The waves."""

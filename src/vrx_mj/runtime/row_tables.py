@@ -463,7 +463,7 @@ class Variation:
         wind = rows.arrays.wind[0]
         self._usual = dict.fromkeys(ARGUMENTS, 1.0) | {
             "wind_speed": float(wind["mean"]), "gusts": float(wind["gain"]), "wave_phases": 0.0,
-            "wind_direction": float(np.arctan2(wind["direction"][1], wind["direction"][0])),
+            "wind_direction": float(np.arctan2(*wind["direction"][::-1])),
             "wave_direction": rows.seas.course,
         }  # fmt: skip
         self._values: dict[str, FloatArray] = {}
