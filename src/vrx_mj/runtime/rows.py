@@ -134,14 +134,14 @@ def row_values(what: str, value: npt.ArrayLike, count: int, least: float, most: 
     return np.broadcast_to(given, (count,)).copy()
 
 
-def varied_values(count: int, **values: npt.ArrayLike | None) -> dict[str, FloatArray]:
-    """Return what `Batch.vary` was given, by name, a number for each of `count` rows; what is None is left out.
+def varied_values(count: int, given: Mapping[str, Any]) -> dict[str, FloatArray]:
+    """Return which `ARGUMENTS` were given, by name, a number for each of `count` rows, without phases.
 
     Raises:
         CommandError: another shape, or numbers that are not finite, or too small or too large.
     """
-    return {name: row_values(name, value, count, ARGUMENTS[name][2]) for name, value in values.items()
-            if value is not None}  # fmt: skip
+    return {name: row_values(name, given[name], count, least) for name, (_, column, least) in ARGUMENTS.items()
+            if given.get(name) is not None and column != "phase"}  # fmt: skip
 
 
 _mj_reset_data = c_function("mj_resetData", types.void, types.uintp, types.uintp)
