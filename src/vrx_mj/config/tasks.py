@@ -7,17 +7,7 @@ from pydantic import Field, model_validator
 
 from vrx_mj.config.base import Config, Faults, exclusive
 from vrx_mj.config.docks import Colors, Symbol
-from vrx_mj.config.values import (
-    Cartesian,
-    Geodetic,
-    NonNegative,
-    NotEmpty,
-    NumberOf,
-    Pose,
-    Switch,
-    Vec3,
-    demand,
-)
+from vrx_mj.config.values import Cartesian, Geodetic, NonNegative, NotEmpty, NumberOf, Pose, Switch, Vec3, demand
 from vrx_mj.model import tasks
 
 Gate = Annotated[
