@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 
 
 app = Typer(rich_markup_mode=None)
+_NMEA_PORTS = "[BOAT:]PORT,... of boats is needed, as in wamv:10110"
 _DEFAULT_URL = "ws://127.0.0.1:9090"
 _COLORS = {"WARN": "yellow", "ERROR": "red"}
 
@@ -303,8 +304,7 @@ def _compile_and_serve(
         closing.enter_context(recording(sim, record, ()))
         if wires:
             if nmea is not None:
-                needed = "[BOAT:]PORT,... of boats is needed, as in wamv:10110"
-                services = replace(services, nmea=parse_ports("--nmea", nmea, needed, *sim.boats[:1]))
+                services = replace(services, nmea=parse_ports("--nmea", nmea, _NMEA_PORTS, *sim.boats[:1]))
             run(sim, services, report=_log_line, status=_status(), autopilots=autopilots)
         elif autopilots:
             ending = threading.Event()

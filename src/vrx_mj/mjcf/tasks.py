@@ -39,6 +39,12 @@ _LEFT_BUOY = re.compile(r"red_bound_(\d+)")
 """Name of the left buoy of a gate."""
 _PARTNERS = ("green", "white", "blue", "black")
 """First words of the right buoys of gates; a gate has one of them."""
+_ANIMALS: Mapping[str, model.Habit] = {
+    "crocodile": "avoid",
+    "platypus": "circumnavigate_clockwise",
+    "turtle": "circumnavigate_counterclockwise",
+}
+"""VRX's goals of animals, by the first word of their model."""
 
 
 class Site:
@@ -176,14 +182,6 @@ def thing_touches(objects: Sequence[PlacedObject], docks: Sequence[PlacedDock]) 
             yield Touch(item.name, f"{item.name}/{item.config.link}", tree=bool(links))
     for dock in docks:
         yield Touch(dock.name, dock_entry(dock).bodies[0], tree=True)
-
-
-_ANIMALS: Mapping[str, model.Habit] = {
-    "crocodile": "avoid",
-    "platypus": "circumnavigate_clockwise",
-    "turtle": "circumnavigate_counterclockwise",
-}
-"""VRX's goals of animals, by the first word of their model."""
 
 
 def task_parameters(
