@@ -3,6 +3,7 @@
 import json
 import math
 from collections.abc import Sequence
+from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -22,15 +23,6 @@ if TYPE_CHECKING:
 
 CALM: dict[str, Any] = {"name": "calm", "physics": {"profile": "marine"}, "sea": {"model": "none"}}
 """The world of a trial by default: still water without wind, in profile `marine`."""
-_OPTIONS = {
-    "turning": ("power", "helm"),
-    "zigzag": ("power", "helm", "angle"),
-    "crash-stop": ("power",),
-    "pull-out": ("power", "helm"),
-    "spiral": ("power", "helm"),
-    "decay": ("mode", "amount"),
-}
-"""Options that each trial takes."""
 _Helm = Annotated[
     float | None,
     Option(help="Fraction of full helm, at most 35 degrees; default: 1, in a zigzag 0.5.", callback=above_zero(1.0)),
@@ -48,7 +40,9 @@ _Angle = Annotated[float | None, Option(help="Heading of a zigzag [degrees]; def
 
 
 def trial(
-    name: Annotated[str, Argument(metavar="TRIAL", help=f"One of {', '.join(_OPTIONS)}.")],
+    name: Annotated[
+        str, Argument(metavar="TRIAL", help="One of turning, zigzag, crash-stop, pull-out, spiral, decay.")
+    ],
     boat: Annotated[str, Argument(metavar="BOAT", help="The robot: a name, or the path of its file.")],
     output: Folder = Path(),
     world: Annotated[str | None, Option(help="World; default: still water of profile marine.")] = None,
@@ -64,13 +58,12 @@ def trial(
 
     Example: vrx-mj trial turning skiff
     """
-    check_name("trial", name, _OPTIONS)
-    given = {"power": power, "helm": helm, "angle": angle, "mode": mode, "amount": amount}
-    arguments = _arguments(name, given)
     from vrx_mj.mjcf.compile import compile_world
     from vrx_mj.runtime.simulation import Simulation
     from vrx_mj.trials import TRIALS, SimulatedVessel
 
+    check_name("trial", name, TRIALS)
+    arguments = _arguments(name, {"power": power, "helm": helm, "angle": angle, "mode": mode, "amount": amount})
     fleet = {"usv_count": 1, "robot": boat, "sensors": "none"}
     sim = Simulation(compile_world(CALM if world is None else world, fleet=fleet))
     done = TRIALS[name](SimulatedVessel(sim, sim.boats[0]), **arguments)
@@ -88,11 +81,13 @@ def trial(
 
 def _arguments(name: str, given: dict[str, Any]) -> dict[str, Any]:
     """Arguments of a trial's function; CommandError where one is not its own."""
+    from vrx_mj.trials import TRIALS
+
     arguments = {key: value for key, value in given.items() if value is not None}
     for key in arguments:
-        if key not in _OPTIONS[name]:
-            trials = ", ".join(each for each, keys in _OPTIONS.items() if key in keys)
-            raise CommandError(f"--{key} is not for {name}, but for {trials}")
+        trials = [each for each, function in TRIALS.items() if key in signature(function).parameters]
+        if name not in trials:
+            raise CommandError(f"--{key} is not for {name}, but for {', '.join(trials)}")
     if "amount" in arguments and arguments.get("mode") != "heave":
         arguments["amount"] = math.radians(arguments["amount"])
     return arguments

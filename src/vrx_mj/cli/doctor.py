@@ -44,6 +44,9 @@ _MODULES = {
 """Packages that are shown, and the modules they bring."""
 _OLDEST_PYTHON = (3, 11)
 _DRAWS = {"egl": "cameras, by GPU or CPU (egl)", "osmesa": "cameras, by CPU (osmesa)", "glfw": "window (glfw)"}
+"""MuJoCo's ways to draw, as MUJOCO_GL names them."""
+_FOR_WINDOWS = "libgl1 libgl1-mesa-dri"
+"""What Debian and Ubuntu call the packages that a window needs."""
 _GB = 1e9
 _MASTER, _MASTER_PORT, _ROSBRIDGE_PORT = "http://localhost:11311", 11311, 9090
 _LOOPBACK = "127.0.0.1"
@@ -224,7 +227,7 @@ def display_row(environment: Mapping[str, str], system: str) -> Row:
 
 def drawing_rows(attempts: Mapping[str, "Attempt"], *, has_display: bool) -> Iterator[Row]:
     """The ways that drew a picture; cameras need one of two."""
-    from vrx_mj.sensors.canvas import DEBIAN
+    from vrx_mj.sensors.canvas import BACKENDS
 
     cameras = any(attempt.works for name, attempt in attempts.items() if name != "glfw")
     for name, attempt in attempts.items():
@@ -232,15 +235,15 @@ def drawing_rows(attempts: Mapping[str, "Attempt"], *, has_display: bool) -> Ite
         if attempt.works:
             yield Row(_DRAWS[name], attempt.detail)
         elif needed:
-            yield Row(_DRAWS[name], attempt.detail, "no", f"sudo apt-get install {DEBIAN[name]}")
+            yield Row(_DRAWS[name], attempt.detail, "no", f"sudo apt-get install {BACKENDS.get(name, _FOR_WINDOWS)}")
         else:
             yield Row(_DRAWS[name], "no display" if name == "glfw" else attempt.detail, "not needed")
 
 
 def _tried_drawing_rows() -> list[Row]:
-    from vrx_mj.draw.display import BACKENDS, has_display, try_backend
+    from vrx_mj.draw.display import has_display, try_backend
 
-    names = BACKENDS if sys.platform.startswith("linux") else ("glfw",)
+    names = _DRAWS if sys.platform.startswith("linux") else ("glfw",)
     with ThreadPoolExecutor() as pool:
         tried = dict(zip(names, pool.map(try_backend, names), strict=True))
     return list(drawing_rows(tried, has_display=has_display()))

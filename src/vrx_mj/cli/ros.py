@@ -5,7 +5,7 @@ import shlex
 import shutil
 import sys
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from functools import partial
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 
 
 app = Typer(rich_markup_mode=None)
+_NMEA_PORTS = "[BOAT:]PORT,... of boats is needed, as in wamv:10110"
 _DEFAULT_URL = "ws://127.0.0.1:9090"
 _COLORS = {"WARN": "yellow", "ERROR": "red"}
 
@@ -303,7 +304,7 @@ def _compile_and_serve(
         closing.enter_context(recording(sim, record, ()))
         if wires:
             if nmea is not None:
-                services = replace(services, nmea=parse_nmea(nmea, sim.boats))
+                services = replace(services, nmea=as_ports("--nmea", nmea, _NMEA_PORTS, *sim.boats[:1]))
             run(sim, services, report=_log_line, status=_status(), autopilots=autopilots)
         elif autopilots:
             ending = threading.Event()
@@ -337,15 +338,6 @@ def parse_rate(text: str) -> float | None:
 def parse_lockstep(text: str) -> tuple[str, ...]:
     """Topics from `A,B`; none from `step`."""
     return tuple(topic for topic in text.split(",") if topic not in {"", "step"})
-
-
-def parse_nmea(text: str, boats: Sequence[str]) -> dict[str, int]:
-    """Ports by boat from `PORT`, of the first boat, or `BOAT:PORT,BOAT:PORT`.
-
-    Raises:
-        CommandError: the text is neither, or gives a boat two ports.
-    """
-    return as_ports("--nmea", text, "[BOAT:]PORT,... of boats is needed, as in wamv:10110", next(iter(boats), ""))
 
 
 def check_installed(*extras: str) -> None:

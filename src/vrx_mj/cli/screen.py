@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from vrx_mj.runtime.run import Summary
 
-_ANGLES = ("yaw from x [deg]", "compass heading [deg]", "compass course [deg]")
-
 
 def is_watched() -> bool:
     """Whether messages go to a terminal."""
@@ -72,9 +70,10 @@ def pace_text(factor: float) -> str:
 def print_summary(summary: "Summary") -> None:
     """The table at the end of a run."""
     from vrx_mj.model.boats import boat_label
+    from vrx_mj.recording.notebook import POSE
 
     head = f"{summary.world}, fleet {summary.fleet}, seed {summary.seed}"
-    columns, boats = ("x [m]", "y [m]", "z [m]", *_ANGLES, "distance [m]"), list[tuple[str, ...]]()
+    columns, boats = (*POSE, "distance [m]"), list[tuple[str, ...]]()
     for name, boat in summary.boats.items():
         angles = math.degrees(boat.heading), boat.heading_compass, boat.course_compass
         metres = [f"{value:z.2f}" for value in boat.position]

@@ -204,10 +204,8 @@ class PathConfig(Config):
     """A circle around the start."""
     line: LinePath | None = None
     """Back and forth along a line from the start."""
-    force: NonNegative = 10.0
-    """Force that propels it along its x axis [N]."""
-    torque: NonNegative = 1.0
-    """Torque that turns it toward its waypoint [N m]."""
+    force: Annotated[float, NumberOf(Follower, "force")] = 10.0
+    torque: Annotated[float, NumberOf(Follower, "torque")] = 1.0
     bearing_tolerance: Annotated[float, NumberOf(Follower, "tolerance"), Field(le=180)] = 2.0
     """Angle off the bow beyond which it turns toward its waypoint [degrees]."""
     range_tolerance: Annotated[Positive, NumberOf(Follower, "reach")] = 0.5

@@ -7,18 +7,8 @@ from pydantic import Field, model_validator
 
 from vrx_mj.config.base import Config, Faults, exclusive
 from vrx_mj.config.docks import Colors, Symbol
-from vrx_mj.config.values import (
-    Cartesian,
-    Geodetic,
-    NonNegative,
-    NotEmpty,
-    Number,
-    Pose,
-    Positive,
-    Switch,
-    Vec3,
-    demand,
-)
+from vrx_mj.config.values import Cartesian, Geodetic, NonNegative, NotEmpty, NumberOf, Pose, Switch, Vec3, demand
+from vrx_mj.model import tasks
 from vrx_mj.model.kinds import Latitude
 
 Gate = Annotated[
@@ -26,6 +16,7 @@ Gate = Annotated[
     demand(lambda gate: len(gate) == 2, "expected two names [left, right], got {}"),
     demand(lambda gate: gate[0] != gate[1], "a gate has two sides, got {}"),
 ]
+_Buffer = Annotated[float, NumberOf(tasks.TaskBase, "collision_buffer")]
 _DOCKS: dict[str, dict[str, Any]] = {
     "dock": {"enable_color_checker": False},
     "scan_dock_deliver": {"dock_bonus_points": 15.0, "correct_dock_bonus_points": 5.0},
@@ -35,10 +26,8 @@ _DOCKS: dict[str, dict[str, Any]] = {
 class ShownObject(Config):
     """An object that appears in front of the boat for a while."""
 
-    time: NonNegative
-    """Time at which it appears, from the start of the run [s]."""
-    duration: Positive = 5.0
-    """Time for which it is visible [s]."""
+    time: Annotated[float, NumberOf(tasks.ShownObject, "time")]
+    duration: Annotated[float, NumberOf(tasks.ShownObject, "duration")] = 5.0
     type: str | None = None
     """Type in a correct report; by default its model."""
     name: str
@@ -55,10 +44,8 @@ class ChannelConfig(Config):
     gates: tuple[Gate, ...] = ()
     """Names of [left, right] buoys in the order of crossing, with the left one to starboard; by default red_bound_i and
     its partner."""
-    obstacle_penalty: NonNegative = 10.0
-    """Penalty for a collision [s]."""
-    collision_buffer: NonNegative = 10.0
-    """Time after a counted collision in which others do not count [s]."""
+    obstacle_penalty: Annotated[float, NumberOf(tasks.Channel, "obstacle_penalty")] = 10.0
+    collision_buffer: _Buffer = 10.0
 
 
 class BaySign(Config):
@@ -79,8 +66,7 @@ class TargetConfig(Config):
     """Number of the bay, from 1."""
     size: Literal["big", "small"]
     """Size of the hole in the bay's placard."""
-    points: NonNegative
-    """Points for each ball [points]."""
+    points: Annotated[float, NumberOf(tasks.Hole, "points")]
 
 
 class AnimalConfig(Config):
@@ -88,7 +74,7 @@ class AnimalConfig(Config):
 
     name: str
     """Name of the object in the world."""
-    goal: Literal["avoid", "circumnavigate_clockwise", "circumnavigate_counterclockwise"] | None = None
+    goal: tasks.Habit | None = None
     """Required behaviour near it; by default that of its model: avoid a crocodile, circle a platypus clockwise, a
     turtle counterclockwise."""
 
@@ -110,8 +96,7 @@ class TaskConfig(Config):
     """Time for which the boat is free before the run counts [s]."""
     running_state_duration: NonNegative = 300.0
     """Maximum duration of the run [s]."""
-    collision_buffer: NonNegative = 3.0
-    """Time after a counted collision in which others do not count [s]."""
+    collision_buffer: _Buffer = 3.0
     locked: Switch = True
     """Whether the boat is held in surge, sway and yaw until the task is ready."""
 
@@ -176,12 +161,9 @@ class FollowPathTask(ChannelConfig, TaskConfig):
     """Pass the gates of a channel. Some may be left out."""
 
     type: Literal["follow_path"]
-    points_per_gate_crossed: NonNegative = 10.0
-    """Points for a gate [points]."""
-    bonus: NonNegative = 1.0
-    """Bonus for a gate crossed directly after the previous one, and for the last gate [points]."""
-    obstacle_penalty: NonNegative = 3.0
-    """Penalty for a collision [points]."""
+    points_per_gate_crossed: Annotated[float, NumberOf(tasks.FollowPath, "points_per_gate_crossed")] = 10.0
+    bonus: Annotated[float, NumberOf(tasks.FollowPath, "bonus")] = 1.0
+    obstacle_penalty: Annotated[float, NumberOf(tasks.FollowPath, "obstacle_penalty")] = 3.0
 
 
 class DockTask(TaskConfig):
@@ -196,16 +178,14 @@ class DockTask(TaskConfig):
     """Name of the light buoy."""
     color_sequence: Colors = ("red", "green", "blue")
     """Colours of the light buoy, which must be reported."""
-    color_bonus_points: NonNegative = 10.0
-    """Points for a correct report of the colours [points]."""
-    dock_bonus_points: NonNegative = 10.0
+    color_bonus_points: Annotated[float, NumberOf(tasks.Dock, "color_bonus_points")] = 10.0
+    dock_bonus_points: Annotated[float, NumberOf(tasks.Dock, "dock_bonus_points")] = 10.0
     """Points for docking [points]; by default 15 in scan_dock_deliver."""
-    correct_dock_bonus_points: NonNegative = 10.0
+    correct_dock_bonus_points: Annotated[float, NumberOf(tasks.Dock, "correct_dock_bonus_points")] = 10.0
     """Bonus for docking in the correct bay [points]; by default 5 in scan_dock_deliver."""
     enable_color_checker: Switch = True
     """Whether a report of the colours is accepted; by default not in dock."""
-    min_dock_time: NonNegative = 10.0
-    """Time to stay in the bay [s]."""
+    min_dock_time: Annotated[float, NumberOf(tasks.Dock, "min_dock_time")] = 10.0
     targets: tuple[TargetConfig, ...] | None = None
     """Points of holes; by default in scan_dock_deliver all holes of the dock: 5 points for a big one, 10 for a small
     one."""
@@ -222,16 +202,12 @@ class WildlifeTask(TaskConfig):
     """Keep away from some animals and circle others."""
 
     type: Literal["wildlife"]
-    collision_buffer: NonNegative = 10.0
-    """Time after a counted collision in which others do not count [s]."""
+    collision_buffer: _Buffer = 10.0
     animals: tuple[AnimalConfig, ...] = ()
     """Name and goal of each; by default all animals of the world."""
-    engagement_distance: Positive = 10.0
-    """Distance within which an animal is engaged [m]."""
-    time_bonus: NonNegative = 30.0
-    """Bonus for each animal with the required behaviour [s]."""
-    publication_rate: Positive | None = None
-    """Rate at which the animals' positions are published [Hz]; by default at every check of the task."""
+    engagement_distance: Annotated[float, NumberOf(tasks.Wildlife, "engagement_distance")] = 10.0
+    time_bonus: Annotated[float, NumberOf(tasks.Wildlife, "time_bonus")] = 30.0
+    publication_rate: Annotated[float | None, NumberOf(tasks.Wildlife, "publication_rate")] = None
 
 
 class GymkhanaTask(TaskConfig):
@@ -242,8 +218,7 @@ class GymkhanaTask(TaskConfig):
     """Its course, gates, obstacle_penalty and collision_buffer."""
     pinger: Vec3
     """x, y, z of the beacon [m]."""
-    obstacle_penalty: NonNegative = 1.0
-    """Penalty for a collision [m]."""
+    obstacle_penalty: Annotated[float, NumberOf(tasks.Gymkhana, "obstacle_penalty")] = 1.0
 
 
 class AcousticPerceptionTask(TaskConfig):
@@ -252,8 +227,7 @@ class AcousticPerceptionTask(TaskConfig):
     type: Literal["acoustic_perception"]
     pinger: Vec3
     """x, y, z of the beacon [m]."""
-    goal_tolerance: Positive = 3.0
-    """Distance in three dimensions at which it counts as reached [m]."""
+    goal_tolerance: Annotated[float, NumberOf(tasks.AcousticPerception, "goal_tolerance")] = 3.0
 
 
 class AcousticTrackingTask(TaskConfig):
@@ -262,10 +236,8 @@ class AcousticTrackingTask(TaskConfig):
     type: Literal["acoustic_tracking"]
     pinger: str
     """Name of the object that carries the beacon."""
-    pinger_depth: Number = 2.0
-    """z of the beacon that receivers detect [m]; in VRX it is above the water."""
-    obstacle_penalty: NonNegative = 1.0
-    """Penalty for a collision [m]."""
+    pinger_depth: Annotated[float, NumberOf(tasks.AcousticTracking, "pinger_depth")] = 2.0
+    obstacle_penalty: Annotated[float, NumberOf(tasks.AcousticTracking, "obstacle_penalty")] = 1.0
 
 
 def _is_geodetic(hint: object) -> bool:

@@ -20,10 +20,10 @@ from vrx_mj.config.tasks import Task
 from vrx_mj.config.tree import Loc, Section, fault, literal
 from vrx_mj.config.values import Cartesian, Color, NonNegative, Number, Pose, Switch, as_switch, by_type, demand
 from vrx_mj.config.weather import CurrentConfig, SeaConfig, WindConfig
-from vrx_mj.constants import GRAVITY, LONGEST_STEP, SHORTEST_STEP
+from vrx_mj.constants import GRAVITY
 from vrx_mj.errors import warn
 from vrx_mj.frames import Geodetic
-from vrx_mj.model.kinds import Degrees, Latitude, Longitude, Seed, Share
+from vrx_mj.model.kinds import AtBaseLink, Degrees, Latitude, Longitude, Seed, Share, Step
 from vrx_mj.spectra import REGULAR, SPECTRA, VRX_SEAS
 
 _NOTICED: list[str] = []
@@ -140,14 +140,14 @@ class PhysicsConfig(Config):
 
     profile: Profile = DEFAULT
     """Physics profile: VRX classic's, VRX 3's, or `marine`, the models of naval architecture."""
-    timestep: Annotated[float, Field(ge=SHORTEST_STEP, le=LONGEST_STEP)] = 0.01
+    timestep: Step = 0.01
     """Physics step [s]; by default 0.004 in profile vrx3."""
     gravity: NonNegative = GRAVITY
     """Gravity, downward [m/s2]; by default 9.80665 in profile marine."""
     quirks: tuple[Literal["wind_stale_link"], ...] = ()
     """Defects of VRX's worlds to keep. `wind_stale_link`: no wind acts on boats, because VRX's file names a link that
     they do not have."""
-    at_base_link: tuple[Literal["gps", "imu", "pinger"], ...] = ("pinger",)
+    at_base_link: AtBaseLink = ("pinger",)
     """Sensors that measure at the origin of `base_link`, wherever they are mounted; all others measure where they are
     mounted. The default is that of VRX's plugins; in profile marine it is empty."""
 

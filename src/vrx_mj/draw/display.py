@@ -6,8 +6,6 @@ import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-BACKENDS = ("egl", "osmesa", "glfw")
-"""MuJoCo's ways to draw, as MUJOCO_GL names them: without a screen by GPU or CPU, by CPU alone, in a window."""
 _ATTEMPT_TIMEOUT = 20.0
 """Longest that an attempt may take [s]."""
 

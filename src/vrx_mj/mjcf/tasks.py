@@ -8,7 +8,7 @@ heave, roll and pitch (VRX's riser and pivot joints); switching the weld off rel
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import Any, Literal, cast
+from typing import Any, cast
 
 from vrx_mj.config import tasks
 from vrx_mj.config.fleet import BoatConfig
@@ -39,6 +39,12 @@ _LEFT_BUOY = re.compile(r"red_bound_(\d+)")
 """Name of the left buoy of a gate."""
 _PARTNERS = ("green", "white", "blue", "black")
 """First words of the right buoys of gates; a gate has one of them."""
+_ANIMALS: Mapping[str, model.Habit] = {
+    "crocodile": "avoid",
+    "platypus": "circumnavigate_clockwise",
+    "turtle": "circumnavigate_counterclockwise",
+}
+"""VRX's goals of animals, by the first word of their model."""
 
 
 class Site:
@@ -176,16 +182,6 @@ def thing_touches(objects: Sequence[PlacedObject], docks: Sequence[PlacedDock]) 
             yield Touch(item.name, f"{item.name}/{item.config.link}", tree=bool(links))
     for dock in docks:
         yield Touch(dock.name, dock_entry(dock).bodies[0], tree=True)
-
-
-_Habit = Literal["avoid", "circumnavigate_clockwise", "circumnavigate_counterclockwise"]
-
-_ANIMALS: Mapping[str, _Habit] = {
-    "crocodile": "avoid",
-    "platypus": "circumnavigate_clockwise",
-    "turtle": "circumnavigate_counterclockwise",
-}
-"""VRX's goals of animals, by the first word of their model."""
 
 
 def task_parameters(
@@ -347,7 +343,7 @@ def _animals(task: tasks.WildlifeTask, site: Site) -> tuple[model.Animal, ...]:
     return tuple(animals)
 
 
-def _habit(kind: str) -> _Habit | None:
+def _habit(kind: str) -> model.Habit | None:
     """The goal of an animal's model."""
     return _ANIMALS.get(kind.partition("_")[0])
 

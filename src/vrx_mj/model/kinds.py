@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Annotated, Any, TypeVar, cast, dataclass_transform
+from typing import Annotated, Any, Literal, TypeVar, cast, dataclass_transform
 
 from pydantic import AfterValidator, ConfigDict, Field, StringConstraints
 from pydantic_core import PydanticCustomError
 
+from vrx_mj.constants import LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.frames import Vector
 
 _Class = TypeVar("_Class")
@@ -100,11 +101,15 @@ NonNegative = Annotated[float, Field(ge=0.0, le=MAX_NUMBER)]
 NonPositive = Annotated[float, Field(ge=-MAX_NUMBER, le=0.0)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Angle = Annotated[float, Field(ge=-1e6, le=1e6)]
-Degrees = Annotated[float, Field(ge=-1e6, le=1e6)]
+Degrees = Angle
 Latitude = Annotated[float, Field(ge=-90, le=90)]
 Longitude = Annotated[float, Field(ge=-180, le=180)]
+Step = Annotated[float, Field(ge=SHORTEST_STEP, le=LONGEST_STEP)]
+"""A physics step [s]."""
+AtBaseLink = tuple[Literal["gps", "imu", "pinger"], ...]
+"""Types of sensors that measure at the origin of `base_link`."""
 Seed = Annotated[int, Field(ge=0, lt=2**63)]
-Coefficient = Annotated[float, Field(ge=-1e6, le=1e6)]
+Coefficient = Angle
 Vec2 = Annotated[tuple[Real, Real], Parts("x", "y")]
 Vec3 = Annotated[tuple[Real, Real, Real], Parts("x", "y", "z")]
 Heading = Annotated[tuple[Real, Real], HEADING]
@@ -119,7 +124,7 @@ Matrix = Annotated[tuple[Vec3, Vec3, Vec3], AfterValidator(_rotation), TIED]
 Pose = tuple[Real, Real, Real, Angle, Angle, Angle]
 """x, y, z [m], roll, pitch, yaw [rad]."""
 Count = Annotated[int, Field(ge=0, le=_MOST_ROWS)]
-Row = Annotated[int, Field(ge=0, le=_MOST_ROWS)]
+Row = Count
 """Number of a row in another table."""
 Index = Annotated[int, Field(ge=-1, le=_MOST_ROWS)]
 """Number of a row in another table, or -1 for none."""

@@ -8,10 +8,10 @@ from pydantic import Field
 
 from vrx_mj.model.kinds import Angle, Latitude, Longitude, NonNegative, Pose, Positive, Real, Text, Vec3, late, record
 
-_MAX_COUNT = 100_000
-"""Largest number of things of a kind in a task."""
 _Size = tuple[NonNegative, NonNegative, NonNegative]
 _Kind = TypeVar("_Kind")
+_Many = Annotated[tuple[_Kind, ...], Field(max_length=100_000)]
+Habit = Literal["avoid", "circumnavigate_clockwise", "circumnavigate_counterclockwise"]
 THING, BOAT = "object or dock", "boat"
 """Kinds of what moves, by whose poses rules judge."""
 
@@ -36,14 +36,14 @@ class TaskBase:
     durations: tuple[NonNegative, NonNegative, NonNegative]
     """Lengths of the phases initial, ready and running [s]."""
     collision_buffer: NonNegative
-    """Time after a collision in which others do not count [s]."""
+    """Time after a counted collision in which others do not count [s]."""
     locked: bool
     """Whether the boat is held until the task is ready."""
     held: bool = False
     """Whether it is held throughout."""
     fixed: Mapping[Text, Pose] = field(metadata=late(1))
     """Poses of what never moves, by name [m, rad]."""
-    rivals: Annotated[tuple[Text, ...], Field(max_length=_MAX_COUNT)] = field(metadata=late(3))
+    rivals: _Many[Text] = field(metadata=late(3))
     """Names of all that the boat may touch, in the order of the MJCF's contact sensors."""
 
 
@@ -91,14 +91,14 @@ class Gate:
 
 @record
 class Channel:
-    """The gates of a gymkhana."""
+    """A channel of gates."""
 
-    gates: Annotated[tuple[Gate, ...], Field(max_length=_MAX_COUNT)]
+    gates: _Many[Gate]
     """The gates, in their order."""
     obstacle_penalty: NonNegative
-    """Penalty of a collision."""
+    """Penalty for a collision [s]."""
     collision_buffer: NonNegative
-    """Time after a collision in which others do not count [s]."""
+    """Time after a counted collision in which others do not count [s]."""
 
 
 @record
@@ -106,8 +106,8 @@ class ShownObject:
     """An object that appears in front of the boat for a while."""
 
     time: NonNegative
-    """When it shows up [s]."""
-    duration: NonNegative
+    """Time at which it appears, from the start of the run [s]."""
+    duration: Positive
     """Time for which it is visible [s]."""
     type: Text
     """Type in a correct report."""
@@ -160,7 +160,7 @@ class Hole:
     box: _Size
     """Edges of the box around it [m]."""
     points: NonNegative
-    """Points of a ball in it."""
+    """Points for each ball [points]."""
 
 
 @record
@@ -171,7 +171,7 @@ class Animal:
     """Name of the object."""
     model: Text
     """Its model."""
-    goal: Literal["avoid", "circumnavigate_clockwise", "circumnavigate_counterclockwise"]
+    goal: Habit
     """Required behaviour near it."""
 
 
@@ -191,7 +191,7 @@ class Wayfinding(TaskBase):
     """Pass near poses."""
 
     type: Literal["wayfinding"]
-    waypoints: Annotated[tuple[Goal, ...], Field(min_length=1, max_length=_MAX_COUNT)]
+    waypoints: Annotated[_Many[Goal], Field(min_length=1)]
     """The poses."""
 
 
@@ -200,21 +200,17 @@ class Perception(TaskBase):
     """Report objects that show up."""
 
     type: Literal["perception"]
-    objects: Annotated[tuple[ShownObject, ...], Field(max_length=_MAX_COUNT)]
+    objects: _Many[ShownObject]
     """The objects."""
     loop_forever: bool
     """Whether they show up again."""
 
 
 @record
-class Navigation(TaskBase):
+class Navigation(Channel, TaskBase):
     """Pass gates without a collision."""
 
     type: Literal["navigation_course"]
-    gates: Annotated[tuple[Gate, ...], Field(max_length=_MAX_COUNT)]
-    """The gates, in their order."""
-    obstacle_penalty: NonNegative
-    """Penalty of a collision [s]."""
 
 
 @record
@@ -222,14 +218,14 @@ class FollowPath(TaskBase):
     """Pass gates for points."""
 
     type: Literal["follow_path"]
-    gates: Annotated[tuple[Gate, ...], Field(max_length=_MAX_COUNT)]
+    gates: _Many[Gate]
     """The gates, in their order."""
     points_per_gate_crossed: NonNegative
-    """Points of a gate."""
+    """Points for a gate [points]."""
     bonus: NonNegative
-    """Points for gates in a row."""
+    """Bonus for a gate crossed directly after the previous one, and for the last gate [points]."""
     obstacle_penalty: NonNegative
-    """Penalty of a collision."""
+    """Penalty for a collision [points]."""
 
 
 @record
@@ -241,26 +237,26 @@ class Dock(TaskBase):
     """Name that the file gives the dock."""
     anchor: Text = field(metadata=_name_of(THING))
     """Name of the dock."""
-    bays: Annotated[tuple[Bay, ...], Field(min_length=1, max_length=_MAX_COUNT)]
+    bays: Annotated[_Many[Bay], Field(min_length=1)]
     """The bays."""
-    holes: Annotated[tuple[Hole, ...], Field(max_length=_MAX_COUNT)]
+    holes: _Many[Hole]
     """The holes that count."""
-    balls: Annotated[tuple[Text, ...], Field(max_length=_MAX_COUNT)] = field(metadata={**late(2), **_name_of(THING)})
+    balls: _Many[Text] = field(metadata={**late(2), **_name_of(THING)})
     """Names of the boat's balls."""
     light_buoy: Text | None = field(metadata=_name_of("light"))
     """Name of the light buoy."""
     color_sequence: tuple[Text, Text, Text]
     """Colours that it shows."""
     color_bonus_points: NonNegative
-    """Points for the colours."""
+    """Points for a correct report of the colours [points]."""
     dock_bonus_points: NonNegative
-    """Points for docking."""
+    """Points for docking [points]."""
     correct_dock_bonus_points: NonNegative
-    """Points for the right bay."""
+    """Bonus for docking in the correct bay [points]."""
     enable_color_checker: bool
     """Whether the colours can be sent."""
     min_dock_time: NonNegative
-    """Time in a bay that counts as docking [s]."""
+    """Time to stay in the bay [s]."""
 
 
 @record
@@ -268,14 +264,14 @@ class Wildlife(TaskBase):
     """Circle some animals and avoid others."""
 
     type: Literal["wildlife"]
-    animals: Annotated[tuple[Animal, ...], Field(min_length=1, max_length=_MAX_COUNT)]
+    animals: Annotated[_Many[Animal], Field(min_length=1)]
     """The animals."""
     engagement_distance: Positive
-    """Distance at which an animal is engaged [m]."""
+    """Distance within which an animal is engaged [m]."""
     time_bonus: NonNegative
-    """Bonus of an animal [s]."""
+    """Bonus for each animal with the required behaviour [s]."""
     publication_rate: Positive | None
-    """Rate at which VRX publishes the animals [Hz]."""
+    """Rate at which the animals' positions are published [Hz]; by default at every check of the task."""
 
 
 @record
@@ -288,7 +284,7 @@ class Gymkhana(TaskBase):
     pinger: Pinger
     """The beacon."""
     obstacle_penalty: NonNegative
-    """Penalty of a collision."""
+    """Penalty for a collision [m]."""
 
 
 @record
@@ -299,7 +295,7 @@ class AcousticPerception(TaskBase):
     pinger: Pinger
     """The beacon."""
     goal_tolerance: Positive
-    """Distance at which it is reached [m]."""
+    """Distance in three dimensions at which it counts as reached [m]."""
 
 
 @record
@@ -310,9 +306,9 @@ class AcousticTracking(TaskBase):
     pinger: Text = field(metadata=_name_of(THING))
     """Name of the object under which the beacon hangs."""
     pinger_depth: Real
-    """Height of the beacon [m]."""
+    """z of the beacon that receivers detect [m]; in VRX it is above the water."""
     obstacle_penalty: NonNegative
-    """Penalty of a collision."""
+    """Penalty for a collision [m]."""
 
 
 Task = Annotated[

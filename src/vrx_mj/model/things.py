@@ -159,10 +159,10 @@ class Rope:
 class Follower:
     """Controller that drives a floating object along a path."""
 
-    force: Real
-    """Force along the body's x [N]."""
-    torque: Real
-    """Torque about the body's z [N m]."""
+    force: NonNegative
+    """Force that propels it along its x axis [N]."""
+    torque: NonNegative
+    """Torque that turns it toward its waypoint [N m]."""
     tolerance: NonNegative
     """Bearing beyond which it turns [rad]."""
     reach: NonNegative

@@ -12,12 +12,11 @@ import pydantic
 from pydantic import BaseModel, TypeAdapter
 
 from vrx_mj.config.sensors import SensorConfig
-from vrx_mj.constants import LONGEST_STEP, PHYSICS_VERSION, SHORTEST_STEP
+from vrx_mj.constants import PHYSICS_VERSION
 from vrx_mj.frames import compass
-from vrx_mj.model import tasks
+from vrx_mj.model import kinds, tasks
 from vrx_mj.model.boats import Boat, Hull, Spawn, Station, Thruster
 from vrx_mj.model.kinds import Angle, Count, Matrix, NonNegative, Pose, Real, RowOf, Seed, Text, Vec3, left_out, record
-from vrx_mj.model.tasks import Task
 from vrx_mj.model.things import (
     Block,
     Dock,
@@ -93,11 +92,11 @@ class Parameters:
     """Default seed of a run."""
     profile: Literal["vrx", "vrx3", "marine"]
     """Profile of physics."""
-    timestep: Annotated[float, pydantic.Field(ge=SHORTEST_STEP, le=LONGEST_STEP)]
+    timestep: kinds.Step
     """Physics step [s]."""
     gravity: NonNegative
     """Gravity, downwards [m/s2]."""
-    at_base_link: tuple[Literal["gps", "imu", "pinger"], ...]
+    at_base_link: kinds.AtBaseLink
     """Sensors that measure at the origin of `base_link`."""
     sea: Sea
     """The waves."""
@@ -143,7 +142,7 @@ class Parameters:
     """The docks."""
     placards: tuple[Placard, ...] = ()
     """Placards of the docks."""
-    task: Task | None
+    task: tasks.Task | None
     """The task."""
     waypoints: tuple[tuple[Real, Real, Angle], ...]
     """The task's goal or waypoints: x, y [m], yaw [rad]."""

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
 _MAP_SIZE = (1000, 720)
 """Width and height of a world's map [px]."""
-_ANGLES = ("yaw from x [deg]", "compass heading [deg]", "compass course [deg]")
-_COLUMNS = ("boat", "x [m]", "y [m]", "z [m]", *_ANGLES, "speed [m/s]")
+POSE = ("x [m]", "y [m]", "z [m]", "yaw from x [deg]", "compass heading [deg]", "compass course [deg]")
+"""Columns of where a boat is, in the tables of a run and of a simulation."""
 REDRAW_PERIOD = 0.1
 """Least wall time between two drawings of a notebook's bar [s]."""
 
@@ -71,7 +71,7 @@ def simulation_line(sim: "Simulation") -> str:
 
 def simulation_table(sim: "Simulation") -> str:
     """Where the boats of a simulation are now, as HTML."""
-    head = "".join(f"<th>{name}</th>" for name in _COLUMNS)
+    head = "".join(f"<th>{name}</th>" for name in ("boat", *POSE, "speed [m/s]"))
     rows = []
     compass = sim.world.parameters.compass
     for name, boat in sim.observe().items():

@@ -32,12 +32,6 @@ _MOST_NEIGHBOURS = 10_000
 """Greatest number of neighbours that are observed."""
 _LONGEST_DELAY = 3600.0
 """Longest delay of what boats observe of each other [s]."""
-_PERIOD_FACTORS = (0.8, 1.4)
-"""Default range of the factor of the waves' periods: from 4 to 7 s where the world has 5."""
-_BAND_FACTORS = (0.5, 1.2)
-"""Default range of the factor of the width of the waves' band."""
-_SPREADS = (0.0, 1.5)
-"""Default range of the factor of the spread of the waves' directions."""
 _FULL_TURN = (-np.pi, np.pi)
 """Any direction or phase [rad]."""
 _PHASE, _PHASES = "wave_phase", "wave_phases"
@@ -201,10 +195,10 @@ Range = float | Sequence[float] | None
 """A number, or the least and the greatest of which one is drawn evenly; None: as the world has it."""
 
 VARIED: Mapping[str, Range] = {
-    "wind_speed": None, "gusts": None, "waves": None, "wave_period": _PERIOD_FACTORS, "wave_band": _BAND_FACTORS,
-    "wave_direction": _FULL_TURN, "wave_spread": _SPREADS, "wave_phase": _FULL_TURN, "mass": None, "thrust": None,
+    "wind_speed": None, "gusts": None, "waves": None, "wave_period": (0.8, 1.4), "wave_band": (0.5, 1.2),
+    "wave_direction": _FULL_TURN, "wave_spread": (0.0, 1.5), _PHASE: _FULL_TURN, "mass": None, "thrust": None,
 }  # fmt: skip
-"""Quantities that can be varied, with their default ranges."""
+"""Quantities that can be varied, and their default ranges: factors of the period, the band and the spread of waves."""
 
 
 class Generators:

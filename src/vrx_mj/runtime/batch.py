@@ -428,11 +428,7 @@ class Batch:
                 Stokes wave, or there is no memory for the models of rows with a mass of their own.
         """
         which = which_rows(self.n, rows)
-        given = varied_values(
-            len(which), wind_speed=wind_speed, gusts=gusts, wind_direction=wind_direction, waves=waves,
-            wave_period=wave_period, wave_band=wave_band, wave_direction=wave_direction, wave_spread=wave_spread,
-            mass=mass, thrust=thrust,
-        )  # fmt: skip
+        given = varied_values(len(which), locals())
         self._variation.change(which, given, wave_phases, {} if parameters is None else parameters)
 
     @with_run_lock

@@ -31,7 +31,7 @@ from vrx_mj.physics.vessel import HullMeshes
 from vrx_mj.physics.waves import surface_height
 from vrx_mj.runtime.limits import total_memory
 from vrx_mj.runtime.loop_arrays import LoopArrays, mujoco_arrays, point_models
-from vrx_mj.runtime.rows import FEATURES, RowSeas, reset_rows, row_values
+from vrx_mj.runtime.rows import ARGUMENTS, FEATURES, RowSeas, reset_rows, row_values
 from vrx_mj.runtime.state import integration_state, set_integration_state
 from vrx_mj.runtime.views import ARRAYS, OWN, PARAMETER, RUN, STATE, point, point_rows
 from vrx_mj.sensors.sea import wave_table
@@ -63,16 +63,7 @@ _MAX_TILT = 0.5
 """Largest roll and pitch of a boat at rest [rad]; on steeper waves it starts as in calm water."""
 _MASS_HALVINGS = 20
 """Halvings of the interval in which the largest mass is sought."""
-_ARGUMENT_COLUMNS: Mapping[str, tuple[str, str]] = {
-    "wind_speed": ("wind", "mean"), "wind_direction": ("wind", "direction"), "gusts": ("wind", "gain"),
-    "waves": ("waves", "amplitude"), "wave_period": ("waves", "frequency"), "wave_band": ("waves", "frequency"),
-    "wave_direction": ("waves", "direction"), "wave_spread": ("waves", "direction"), "wave_phases": ("waves", "phase"),
-    "mass": ("hulls", "mass"), "thrust": ("thrusters", "gain"),
-}  # fmt: skip
-"""Arguments of `Batch.vary`: table and column in which each is, or the product with a factor."""
-_SHARED_ARGUMENTS = {"waves", "wave_period", "wave_band", "wave_direction", "wave_spread"}
-"""Arguments whose column also follows from another argument, or from a number."""
-_NUMBER_ARGUMENTS = {"wind.mean": "wind_speed", "wind.direction": "wind_direction", "wind.gain": "gusts"}
+_NUMBER_ARGUMENTS = {f"{table}.{column}": name for name, (table, column, _) in ARGUMENTS.items() if table == "wind"}
 """Numbers that are arguments, too, by name."""
 
 
@@ -469,9 +460,9 @@ class Variation:
         """Start with all rows as the world is."""
         self._world, self._rows = world, rows
         wind = rows.arrays.wind[0]
-        self._usual = dict.fromkeys(_ARGUMENT_COLUMNS, 1.0) | {
+        self._usual = dict.fromkeys(ARGUMENTS, 1.0) | {
             "wind_speed": float(wind["mean"]), "gusts": float(wind["gain"]), "wave_phases": 0.0,
-            "wind_direction": float(np.arctan2(wind["direction"][1], wind["direction"][0])),
+            "wind_direction": float(np.arctan2(*wind["direction"][::-1])),
             "wave_direction": rows.seas.course,
         }  # fmt: skip
         self._values: dict[str, FloatArray] = {}
@@ -513,9 +504,8 @@ class Variation:
             self._values_of("wave_phases")[which] = drawn.max(axis=1, initial=0.0)
             self._rows.take_seas(which)
         wind = self._rows.stacks["wind"]
-        for name, column in (("wind_speed", "mean"), ("gusts", "gain")):
-            if name in given:
-                wind[column][which, 0] = given[name]
+        for name in given.keys() & {"wind_speed", "gusts"}:
+            wind[ARGUMENTS[name][1]][which, 0] = given[name]
         if "wind_direction" in given:
             toward = given["wind_direction"]
             wind["direction"][which, 0] = np.stack((np.cos(toward), np.sin(toward)), axis=1)
@@ -554,13 +544,14 @@ class Variation:
     def differences(self, row: int) -> dict[str, tuple[float, float]]:
         """Values of a row and of the world, of each parameter in which they differ."""
         found = {}
-        for name, (table, column) in _ARGUMENT_COLUMNS.items():
+        for name, (table, column, _) in ARGUMENTS.items():
             own, common = self._rows.part(table, row)[column], getattr(self._rows.arrays, table)[column]
             usual = self._usual[name]
             value = float(self._values[name][row]) if name in self._values else usual
             if name == "wave_phases" and self._rows.seas.drawn[row]:
                 continue
-            if own.tobytes() != common.tobytes() and (name not in _SHARED_ARGUMENTS or value != usual):
+            alone = table != "waves" or column == "phase"  # another argument or a number changes the others' columns
+            if own.tobytes() != common.tobytes() and (alone or value != usual):
                 found[name] = value, usual
         for name, value in sorted(self._own.get(row, {}).items()):
             if value != self._numbers[name].value:

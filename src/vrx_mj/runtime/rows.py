@@ -34,15 +34,18 @@ Rows = npt.ArrayLike | None
 
 MAX_VALUE = 1e6
 """Largest value of an argument of `Batch.vary`, in its unit."""
-_MIN_VALUES = dict.fromkeys(("wind_direction", "wave_direction", "wind_speed"), -np.inf) | dict.fromkeys(
-    ("mass", "wave_period"), float(np.nextafter(0.0, 1.0))
-)
-"""Least values of the arguments of `Batch.vary`; of all others 0."""
+_TINY = float(np.nextafter(0.0, 1.0))
+ARGUMENTS: Mapping[str, tuple[str, str, float]] = {
+    "wind_speed": ("wind", "mean", -np.inf), "wind_direction": ("wind", "direction", -np.inf),
+    "gusts": ("wind", "gain", 0.0), "waves": ("waves", "amplitude", 0.0),
+    "wave_period": ("waves", "frequency", _TINY), "wave_band": ("waves", "frequency", 0.0),
+    "wave_direction": ("waves", "direction", -np.inf), "wave_spread": ("waves", "direction", 0.0),
+    "wave_phases": ("waves", "phase", -np.inf), "mass": ("hulls", "mass", _TINY), "thrust": ("thrusters", "gain", 0.0),
+}  # fmt: skip
+"""Arguments of `Batch.vary`: table and column in which each is, or the product with a factor, and its least value."""
 FEATURES = 13
 """Number of values of a boat: position (3) [m, ENU], quaternion (4), velocity [m/s] and angular velocity [rad/s], body
 axes."""
-_CHANGE_FIELDS = {"wave_period": "period", "wave_band": "band", "wave_spread": "spread"}
-"""Columns of `_CHANGE` by what `Batch.vary` calls them."""
 _LENGTH_ARGUMENTS = ("wave_period", "wave_band")
 """Arguments that change wavelengths, by the dispersion of deep water."""
 
@@ -131,14 +134,14 @@ def row_values(what: str, value: npt.ArrayLike, count: int, least: float, most: 
     return np.broadcast_to(given, (count,)).copy()
 
 
-def varied_values(count: int, **values: npt.ArrayLike | None) -> dict[str, FloatArray]:
-    """Return what `Batch.vary` was given, by name, a number for each of `count` rows; what is None is left out.
+def varied_values(count: int, given: Mapping[str, Any]) -> dict[str, FloatArray]:
+    """Return which `ARGUMENTS` were given, by name, a number for each of `count` rows, without phases.
 
     Raises:
         CommandError: another shape, or numbers that are not finite, or too small or too large.
     """
-    return {name: row_values(name, value, count, _MIN_VALUES.get(name, 0.0)) for name, value in values.items()
-            if value is not None}  # fmt: skip
+    return {name: row_values(name, given[name], count, least) for name, (_, column, least) in ARGUMENTS.items()
+            if given.get(name) is not None and column != "phase"}  # fmt: skip
 
 
 _mj_reset_data = c_function("mj_resetData", types.void, types.uintp, types.uintp)
@@ -372,8 +375,8 @@ class RowSeas:
             self.drawn[which] = False
         if "waves" in given:
             self._parts(1)[which, 0] = given["waves"]
-        for name, column in _CHANGE_FIELDS.items():
-            if name in given:
+        for column in ("period", "band", "spread"):
+            if (name := f"wave_{column}") in given:
                 self._change[column][which] = given[name]
         if "wave_direction" in given:
             self._change["turn"][which] = given["wave_direction"] - self.course

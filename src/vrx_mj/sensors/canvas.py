@@ -9,7 +9,7 @@ import os
 import sys
 import threading
 import weakref
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
@@ -21,14 +21,9 @@ from vrx_mj.packages import load_triton
 from vrx_mj.sensors.sea import Skin
 from vrx_mj.sensors.view import View
 
-BACKENDS = ("egl", "osmesa")
-"""Ways to draw without a screen on Linux, in the order in which they are tried."""
-DEBIAN = {
-    "egl": "libegl1 libgl1-mesa-dri libopengl0",
-    "osmesa": "libosmesa6 libopengl0",
-    "glfw": "libgl1 libgl1-mesa-dri",
-}
-"""Packages of Debian and Ubuntu that MuJoCo's ways to draw need; glfw draws on a screen."""
+BACKENDS = {"egl": "libegl1 libgl1-mesa-dri libopengl0", "osmesa": "libosmesa6 libopengl0"}
+"""Ways to draw without a screen on Linux, in the order in which they are tried, and the packages of Debian and Ubuntu
+that each needs."""
 _OFF_VALUES = ("disable", "disabled", "off", "false", "0")
 """Values of `MUJOCO_GL` that forbid drawing."""
 _AUTOMATIC_VALUES = ("", "enable", "enabled", "on", "true", "1")
@@ -122,9 +117,8 @@ def problem_of(backend: str) -> str | None:
     platform = os.environ.get("PYOPENGL_PLATFORM", "").lower()
     if platform and platform != backend:
         return f"PYOPENGL_PLATFORM={platform} prevents it"
-    probes: dict[str, Callable[[], str | None]] = {"egl": _egl_problem, "osmesa": _osmesa_problem}
     try:
-        return probes[backend]()
+        return _egl_problem() if backend == "egl" else _osmesa_problem()
     except OSError as error:
         return str(error)
 
@@ -165,7 +159,7 @@ def _osmesa_problem() -> str | None:
 
 def _advice(problems: dict[str, str]) -> str:
     found = "".join(f"\n  {backend}: {problem}" for backend, problem in problems.items())
-    lines = "".join(f"\n  sudo apt-get install -y {DEBIAN[name]}    # then MUJOCO_GL={name}" for name in BACKENDS)
+    lines = "".join(f"\n  sudo apt-get install -y {BACKENDS[name]}    # then MUJOCO_GL={name}" for name in BACKENDS)
     return (
         f"cannot draw pictures without a screen:{found}\nInstall one of these; it is found automatically, "
         f"or selected by the variable MUJOCO_GL:{lines}"

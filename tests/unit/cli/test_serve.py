@@ -133,6 +133,12 @@ def test_autopilots_alone_need_no_ros(served, monkeypatch, words, over):
     assert did[-1][2]["autopilots"] is not None
 
 
+def test_ports_of_plotters_that_are_none_are_refused(served):
+    _, said = served("--nmea=a:b")
+    assert said.code == 2
+    assert "invalid --nmea 'a:b': [BOAT:]PORT,... of boats is needed, as in wamv:10110" in said.err
+
+
 def test_autopilots_say_how_to_start_them(monkeypatch, capsys):
     pilot = SimpleNamespace(descriptions=lambda: ["one", "two"])
     given = []

@@ -1,8 +1,11 @@
 """`vrx-mj trial`: its files, its figures and wrong words."""
 
 import json
+from pathlib import Path
 
 import pytest
+
+from vrx_mj import trials
 
 
 def test_a_turning_circle(cli, folder):
@@ -35,6 +38,11 @@ def test_the_others_of_a_wam_v(cli, folder, subtests):
     for trial in sorted({*TRIALS} - {"zigzag"}):
         with subtests.test(trial):
             test_the_others(cli, folder, trial, "wamv")
+
+
+def test_the_help_lists_all_trials():
+    page = Path(__file__).parents[3] / "docs" / "cli.md"  # as `--help` has it: test_docs.py
+    assert f"One of {', '.join(trials.TRIALS)}." in page.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,8 @@ import pytest
 import vrx_mj
 from ros1_served import free_port
 from ros_scene import Fake, served
-from vrx_mj.cli.ros import check_installed, parse_nmea
+from vrx_mj.arguments import as_ports
+from vrx_mj.cli.ros import check_installed
 from vrx_mj.errors import CommandError, NetworkError, UnknownNameError
 from vrx_mj.nmea import Instruments
 from vrx_mj.ros import cdr
@@ -209,21 +210,21 @@ def test_a_world_is_served_to_plotters_alone(bay):
     ],
 )
 def test_ports_are_those_of_boats_or_of_the_first(text, ports):
-    assert parse_nmea(text, ("a", "b")) == ports
+    assert as_ports("--nmea", text, "ports are needed", "a") == ports
 
 
 @pytest.mark.parametrize(
-    ("text", "boats"), [("x", "ab"), ("a:", "ab"), ("a:b", "ab"), ("", "ab"), ("a:-1", "a"), ("1", "")]
+    ("text", "first"), [("x", "a"), ("a:", "a"), ("a:b", "a"), ("", "a"), ("a:-1", "a"), ("1", "")]
 )
-def test_invalid_ports_are_said(text, boats):
-    with pytest.raises(CommandError, match=r"invalid --nmea '.*': \[BOAT:\]PORT,... of boats is needed"):
-        parse_nmea(text, tuple(boats))
+def test_invalid_ports_are_said(text, first):
+    with pytest.raises(CommandError, match=r"invalid --nmea '.*': ports are needed"):
+        as_ports("--nmea", text, "ports are needed", first)
 
 
 @pytest.mark.parametrize("text", ["a:1,a:2", "1,a:2", "b:3,1,2"])
 def test_a_boat_has_one_port(text):
     with pytest.raises(CommandError, match=f"^invalid --nmea '{text}': 'a' occurs twice$"):
-        parse_nmea(text, ("a", "b"))
+        as_ports("--nmea", text, "ports are needed", "a")
 
 
 def test_unknown_boats_are_named_and_a_port_is_of_one_boat(bay):

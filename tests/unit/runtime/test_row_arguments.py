@@ -48,18 +48,19 @@ def test_values_that_cannot_be_are_refused(value):
 def test_what_varies_may_be_as_small_as_its_kind_allows():
     """Speeds and directions have signs, strengths may be 0, masses and periods only near to it."""
     signed = {"wind_speed": -20.0, "wind_direction": -400.0, "wave_direction": [-1.0, 1.0]}
-    found = varied_values(2, mass=1e-9, wave_period=[1e-9, 5.0], wave_height=0.0, drag=None, **signed)
+    others = {"mass": 1e-9, "wave_period": [1e-9, 5.0], "waves": 0.0, "thrust": None, "wave_phases": [1.0], "rows": 3}
+    found = varied_values(2, signed | others)
     assert {name: values.tolist() for name, values in found.items()} == {
         "mass": [1e-9, 1e-9],
         "wave_period": [1e-9, 5.0],
-        "wave_height": [0.0, 0.0],
+        "waves": [0.0, 0.0],
         "wind_speed": [-20.0, -20.0],
         "wind_direction": [-400.0, -400.0],
         "wave_direction": [-1.0, 1.0],
     }
     for name in ("mass", "wave_period"):
         with pytest.raises(CommandError, match="above 0"):
-            varied_values(2, **{name: 0.0})
+            varied_values(2, {name: 0.0})
 
 
 @pytest.mark.parametrize("value", [[0] * 5, [[0] * 6] * 3, [0, 0, 0, 0, 0, 1e7], [np.nan] * 6])

@@ -11,7 +11,7 @@ from typing import Any
 from vrx_mj.config.fleet import FleetConfig
 from vrx_mj.config.kinds import MARKS
 from vrx_mj.config.loading import Loading, read_source, validate
-from vrx_mj.config.search import catalogue, is_built_in
+from vrx_mj.config.search import WORLD_SUFFIXES, catalogue, is_built_in
 from vrx_mj.config.tree import File, Items, Place, Section, literal, merge
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, shorten
 from vrx_mj.formats.gazebo.document import LIBRARIES, Report, home_path, is_file
@@ -49,7 +49,7 @@ PLACES = {"sandisland": "sand_island", "sydneyregatta": "sydney_regatta", "nbpar
 """World files of VRX that have other names here."""
 _SERIES = re.compile(r"(?:(\d{4})_(practice|phase\d)/(\w+)|(practice|phase\d)_(\d{4})_(\w+?)(?:_task)?)")
 """The end of the path of a world of a competition in VRX, up to 2022 and since, without the file's suffix."""
-_ENDINGS = (".launch.py", ".launch.xml", ".launch", ".world.xacro", ".world", ".sdf")
+_ENDINGS = (".launch.py", ".launch.xml", ".launch", *WORLD_SUFFIXES)
 _TOOLS: Mapping[str, Mapping[str, Any]] = TABLE["tools"]
 """VRX's launch files that open no world here: the `command` that does the work of each, its `options` by the names of
 arguments, each with what to type where it is not given (empty: nothing), and the `reason`: what to know before."""
