@@ -1,5 +1,6 @@
 """What `vrx-mj bench` measures, and against which budgets: worlds, fleets, commands and rows as they were."""
 
+import json
 from types import SimpleNamespace
 
 import pytest
@@ -46,6 +47,7 @@ def test_the_bench_measures_what_it_measured(asked, capsys, monkeypatch):
     monkeypatch.setattr(bench, "Bar", Bar)
     monkeypatch.setenv("COLUMNS", "160")
     rows = bench.measure()
+    assert json.loads(json.dumps(rows)) == rows
     bench.print_rows(rows)
     out = capsys.readouterr().out
     check("bench", "rows", rows=rows, asked=asked, shown=shown, table=[line.split() for line in out.splitlines()])

@@ -167,7 +167,7 @@ def _core_rows() -> Iterator[Row]:
     yield bench_row("ardupilot_rtf", ardupilot_factor(2000), "x real time", 5.0, at_least=True)
     task = {**_OCEAN, "task": _TASK}
     for name, worlds in (("calm", [_CALM]), ("sea", [SEA]), ("task", [task]), ("mix", [_CALM, task])):
-        simulated, taken = np.sum([campaign_times(world, len(worlds)) for world in worlds], axis=0)
+        simulated, taken = map(sum, zip(*(campaign_times(world, len(worlds)) for world in worlds), strict=True))
         yield bench_row(f"campaign_share_{name}", simulated / taken, "of processor time", 0.85, at_least=True)
 
 
